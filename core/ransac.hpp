@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/camera.hpp"
+#include "core/estimator_options.hpp"
+#include "core/match.hpp"
+#include "core/pose.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+namespace afterglow {
+
+/// The seed paper's Algorithm 1, adaptive pose estimation.
+///
+/// Draws three matches at a time, solves for the pose they give, and collects the matches that it
+/// explains to within the threshold. Of the inlier sets large enough, the one of lowest mean
+/// residual is kept, and the pose solved again from all of it. Reproducible for a given seed and
+/// sequence of calls. solve() allocates nothing for up to `max_matches` matches.
+class RansacPose {
+public:
+    RansacPose(const EstimatorOptions::Ransac &options, std::size_t max_matches);
+
+    struct Solution {
+        Pose pose;
+        int inliers;
+    };
+    /// Nothing when no candidate stands: the signal to use the TOF camera.
+    std::optional<Solution> solve(std::span<const Match> matches, const Intrinsics &camera);
+
+private:
+    /// A number in [0, bound), from a generator with the same answers on every platform.
+    std::size_t draw(std::size_t bound);
+    /// Gathers the inliers of `pose` and returns their mean squared residual.
+    double collect_inliers(std::span<const Match> matches, const Intrinsics &camera,
+                           const Pose &pose);
+
+    EstimatorOptions::Ransac options_;
+    std::uint64_t random_;
+    std::vector<Match> inliers_;
+    std::vector<Match> best_;
+};
+
+} // namespace afterglow
