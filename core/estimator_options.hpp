@@ -19,7 +19,7 @@ struct EstimatorOptions {
         int hypothesis_iterations = 1; ///< Gauss-Newton steps on the 3 matches of a draw
         int refine_iterations = 3;     ///< Gauss-Newton steps on the inliers
         double threshold = 4;          ///< largest squared residual of an inlier, square pixels
-        double min_inliers = 10;       ///< percent of the matches an accepted pose explains
+        double min_inliers = 10;       ///< percent of the grid's points that a pose must explain
         std::uint64_t seed = 1;        ///< of the draws
     } ransac;
 };

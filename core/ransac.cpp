@@ -9,10 +9,11 @@
 
 namespace afterglow {
 
-RansacPose::RansacPose(const EstimatorOptions::Ransac &options, std::size_t max_matches)
-    : options_(options), random_(options.seed) {
-    inliers_.reserve(max_matches);
-    best_.reserve(max_matches);
+RansacPose::RansacPose(const EstimatorOptions::Ransac &options, std::size_t flow_estimates)
+    : options_(options), min_size_(options.min_inliers / 100 * static_cast<double>(flow_estimates)),
+      random_(options.seed) {
+    inliers_.reserve(flow_estimates);
+    best_.reserve(flow_estimates);
 }
 
 std::size_t RansacPose::draw(std::size_t bound) {
@@ -42,7 +43,6 @@ std::optional<RansacPose::Solution> RansacPose::solve(std::span<const Match> mat
                                                       const Intrinsics &camera) {
     if (matches.size() < 3)
         return std::nullopt;
-    const double min_size = options_.min_inliers / 100 * static_cast<double>(matches.size());
     double best_mean = std::numeric_limits<double>::infinity();
     best_.clear();
     for (int i = 0; i < options_.draws; ++i) {
@@ -57,7 +57,7 @@ std::optional<RansacPose::Solution> RansacPose::solve(std::span<const Match> mat
         if (!hypothesis)
             continue;
         const double mean = collect_inliers(matches, camera, *hypothesis);
-        if (inliers_.size() >= 3 && static_cast<double>(inliers_.size()) >= min_size &&
+        if (inliers_.size() >= 3 && static_cast<double>(inliers_.size()) >= min_size_ &&
             mean < best_mean) {
             best_mean = mean;
             best_.swap(inliers_);

@@ -18,10 +18,12 @@ namespace afterglow {
 /// Draws three matches at a time, solves for the pose they give, and collects the matches that it
 /// explains to within the threshold. Of the inlier sets large enough, the one of lowest mean
 /// residual is kept, and the pose solved again from all of it. Reproducible for a given seed and
-/// sequence of calls. solve() allocates nothing for up to `max_matches` matches.
+/// sequence of calls. solve() allocates nothing for up to `flow_estimates` matches.
 class RansacPose {
 public:
-    RansacPose(const EstimatorOptions::Ransac &options, std::size_t max_matches);
+    /// `flow_estimates`: how many points flow is estimated at. Those without depth make no match,
+    /// but count when it is asked whether a pose explains enough of them.
+    RansacPose(const EstimatorOptions::Ransac &options, std::size_t flow_estimates);
 
     struct Solution {
         Pose pose;
@@ -38,6 +40,7 @@ private:
                            const Pose &pose);
 
     EstimatorOptions::Ransac options_;
+    double min_size_; ///< of an inlier set
     std::uint64_t random_;
     std::vector<Match> inliers_;
     std::vector<Match> best_;
