@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/replay/replay.hpp"
+
+#include "drivers/image_file.hpp"
+#include "drivers/replay/recording.hpp"
+#include "drivers/sequence_rig.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <limits>
+#include <utility>
+
+namespace afterglow {
+namespace {
+
+constexpr std::int64_t usual_interval_ns = 33'333'333;
+
+class RecordedSequence : public Sequence {
+public:
+    RecordedSequence(Recording recording, bool loop) : recording_(std::move(recording)) {
+        const auto &entries = recording_.entries;
+        const std::int64_t span = entries.back().t_color_ns - entries.front().t_color_ns;
+        const auto intervals = static_cast<std::int64_t>(entries.size()) - 1;
+        period_ns_ = span + (intervals > 0 ? span / intervals : usual_interval_ns);
+        // An untrusted file may say that it took centuries: end before time overflows.
+        const std::int64_t last_ns = std::numeric_limits<std::int64_t>::max() / 2;
+        if (loop)
+            last_round_ = static_cast<std::uint64_t>(
+                std::max<std::int64_t>(last_ns - entries.back().t_color_ns, 0) / period_ns_);
+    }
+
+    const Intrinsics &intrinsics() const override { return recording_.camera; }
+
+    std::optional<std::int64_t> time_ns(std::uint64_t k) const override {
+        const std::uint64_t round = k / recording_.entries.size();
+        if (round > last_round_)
+            return std::nullopt;
+        return entry(k).t_color_ns + static_cast<std::int64_t>(round) * period_ns_;
+    }
+
+    Status read_luma(std::uint64_t k, ImageView<std::uint8_t> luma) override {
+        return afterglow::read_luma(entry(k).color_path, luma);
+    }
+
+    Status read_depth(std::uint64_t k, ImageView<std::uint16_t> depth) override {
+        return read_depth_mm(recording_, k % recording_.entries.size(), depth);
+    }
+
+private:
+    const Recording::Entry &entry(std::uint64_t k) const {
+        return recording_.entries[k % recording_.entries.size()];
+    }
+
+    Recording recording_;
+    std::int64_t period_ns_;       ///< from one round's first image to the next's
+    std::uint64_t last_round_ = 0; ///< 0: there is no second
+};
+
+} // namespace
+
+Result<Rig> open_replay(const ReplayOptions &options) {
+    if (options.wake_latency_frames < 0 || options.frames < 0)
+        return Error{"replay: wake_latency_frames and frames may not be negative", EINVAL};
+    Result<Recording> recording = open_recording(options.path);
+    if (!recording)
+        return recording.error();
+    return make_rig(std::make_unique<RecordedSequence>(*std::move(recording), options.loop),
+                    {.real_time = options.real_time,
+                     .wake_latency_frames = options.wake_latency_frames,
+                     .frames = options.frames});
+}
+
+} // namespace afterglow
