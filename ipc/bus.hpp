@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <systemd/sd-bus.h>
+
+#include <cstring>
+#include <memory>
+
+namespace afterglow {
+
+struct BusCloser {
+    void operator()(sd_bus *bus) const { sd_bus_flush_close_unref(bus); }
+};
+using Bus = std::unique_ptr<sd_bus, BusCloser>;
+
+/// Connects to the bus called `where`: "system", "session" or a D-Bus address. Returns 0 or a
+/// negative errno.
+inline int open_bus(const char *where, Bus &bus) {
+    sd_bus *opened = nullptr;
+    const bool system = std::strcmp(where, "system") == 0;
+    if (system || std::strcmp(where, "session") == 0) {
+        const int error = system ? sd_bus_open_system(&opened) : sd_bus_open_user(&opened);
+        bus.reset(opened);
+        return error;
+    }
+    if (const int error = sd_bus_new(&opened); error < 0)
+        return error;
+    bus.reset(opened);
+    if (const int error = sd_bus_set_address(opened, where); error < 0)
+        return error;
+    if (const int error = sd_bus_set_bus_client(opened, 1); error < 0)
+        return error;
+    return sd_bus_start(opened);
+}
+
+} // namespace afterglow

@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ipc/service.hpp"
+
+#include "ipc/bus.hpp"
+#include "ipc/statistics.hpp"
+#include "ipc/stream_sockets.hpp"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstring>
+#include <functional>
+#include <string_view>
+
+namespace afterglow {
+namespace {
+
+constexpr const char *bus_name = "org.afterglow.Depth1";
+constexpr const char *object_path = "/org/afterglow/Depth1";
+constexpr const char *interface_name = "org.afterglow.Depth1";
+
+const char *to_string(DaemonState state) {
+    switch (state) {
+    case DaemonState::starting:
+        return "starting";
+    case DaemonState::running:
+        return "running";
+    case DaemonState::idle:
+        return "idle";
+    case DaemonState::color_lost:
+        return "color-lost";
+    case DaemonState::tof_lost:
+        return "tof-lost";
+    case DaemonState::stopped:
+        break;
+    }
+    return "stopped";
+}
+
+int connect(const BusOptions &options, Bus &bus) {
+    switch (options.kind) {
+    case BusOptions::Kind::system:
+        return open_bus("system", bus);
+    case BusOptions::Kind::session:
+        return open_bus("session", bus);
+    case BusOptions::Kind::address:
+        break;
+    }
+    return open_bus(options.address.c_str(), bus);
+}
+
+std::string name_of(const BusOptions &options) {
+    switch (options.kind) {
+    case BusOptions::Kind::system:
+        return "the system bus";
+    case BusOptions::Kind::session:
+        return "the session bus";
+    case BusOptions::Kind::address:
+        break;
+    }
+    return fmt::format("the bus at {}", options.address);
+}
+
+/// The user at the other end of a call, as the bus vouches for it.
+int sender_of(sd_bus_message *call, uid_t &user) {
+    sd_bus_creds *credentials = nullptr;
+    if (const int error = sd_bus_query_sender_creds(call, SD_BUS_CREDS_EUID, &credentials);
+        error < 0)
+        return error;
+    const int error = sd_bus_creds_get_euid(credentials, &user);
+    sd_bus_creds_unref(credentials);
+    return error;
+}
+
+/// Refuses every option: none exists yet, and one that is misunderstood must not be ignored.
+int read_options(sd_bus_message *call, sd_bus_error *error) {
+    if (const int opened = sd_bus_message_enter_container(call, 'a', "{sv}"); opened < 0)
+        return opened;
+    const int entries = sd_bus_message_enter_container(call, 'e', "sv");
+    if (entries < 0)
+        return entries;
+    if (entries == 0)
+        return sd_bus_message_exit_container(call);
+    const char *option = nullptr;
+    if (const int read = sd_bus_message_read(call, "s", &option); read < 0)
+        return read;
+    return sd_bus_error_setf(error, SD_BUS_ERROR_INVALID_ARGS, "OpenStream has no option '%s'.",
+                             option);
+}
+
+/// "auto, always-on, interval, off".
+std::string mode_names() {
+    std::string names;
+    for (const GateMode mode :
+         {GateMode::automatic, GateMode::always_on, GateMode::interval, GateMode::off}) {
+        names += names.empty() ? "" : ", ";
+        names += to_string(mode);
+    }
+    return names;
+}
+
+int append(sd_bus_message *reply, std::uint64_t value) {
+    return sd_bus_message_append_basic(reply, 't', &value);
+}
+int append(sd_bus_message *reply, std::uint32_t value) {
+    return sd_bus_message_append_basic(reply, 'u', &value);
+}
+int append(sd_bus_message *reply, double value) {
+    return sd_bus_message_append_basic(reply, 'd', &value);
+}
+int append(sd_bus_message *reply, std::string_view value) {
+    return sd_bus_message_append_basic(reply, 's', std::string(value).c_str());
+}
+
+} // namespace
+
+struct DepthService::State {
+    State(sd_event *event, int memfd, const afterglow_ring_header &header, GateMode gate_mode,
+          ServiceControl &service_control)
+        : streams(event, [this](int open) { control.set_claims(open); }), ring_fd(memfd),
+          ring(header), mode(gate_mode), control(service_control) {}
+
+    int open_stream(sd_bus_message *call, sd_bus_error *error);
+    int reset_statistics(sd_bus_message *call);
+    int set_mode(sd_bus_message *value, sd_bus_error *error);
+    void changed(const char *property);
+    std::string_view mode_name() const { return to_string(mode); }
+    std::string_view state_name() const { return to_string(daemon_state); }
+    std::uint32_t open_streams() const { return static_cast<std::uint32_t>(streams.count()); }
+    std::string_view version() const { return AFTERGLOW_VERSION; }
+    static const sd_bus_vtable vtable[];
+
+    Bus bus;
+    StreamSockets streams;
+    Statistics statistics;
+    int ring_fd;
+    const afterglow_ring_header &ring;
+    DaemonState daemon_state = DaemonState::starting;
+    GateMode mode;
+    ServiceControl &control;
+
+private:
+    /// Answers a request for a property with what `value(state)` gives.
+    template <auto value>
+    static int get(sd_bus * /*bus*/, const char * /*path*/, const char * /*interface*/,
+                   const char * /*property*/, sd_bus_message *reply, void *state,
+                   sd_bus_error * /*error*/) {
+        return append(reply, std::invoke(value, *static_cast<const State *>(state)));
+    }
+    /// The same with what `value(state.statistics)` gives.
+    template <auto value>
+    static int get_statistic(sd_bus * /*bus*/, const char * /*path*/, const char * /*interface*/,
+                             const char * /*property*/, sd_bus_message *reply, void *state,
+                             sd_bus_error * /*error*/) {
+        return append(reply, std::invoke(value, static_cast<const State *>(state)->statistics));
+    }
+};
+
+// What org.afterglow.Depth1.xml says, in its order.
+const sd_bus_vtable DepthService::State::vtable[] = {
+    SD_BUS_VTABLE_START(0),
+    SD_BUS_METHOD_WITH_NAMES(
+        "OpenStream", "a{sv}", SD_BUS_PARAM(options), "hha{sv}",
+        SD_BUS_PARAM(memfd) SD_BUS_PARAM(socket) SD_BUS_PARAM(layout),
+        [](sd_bus_message *call, void *state, sd_bus_error *error) {
+            return static_cast<State *>(state)->open_stream(call, error);
+        },
+        SD_BUS_VTABLE_UNPRIVILEGED),
+    SD_BUS_METHOD(
+        "ResetStatistics", "", "",
+        [](sd_bus_message *call, void *state, sd_bus_error * /*error*/) {
+            return static_cast<State *>(state)->reset_statistics(call);
+        },
+        SD_BUS_VTABLE_UNPRIVILEGED),
+    SD_BUS_WRITABLE_PROPERTY(
+        "Mode", "s", get<&State::mode_name>,
+        [](sd_bus * /*bus*/, const char * /*path*/, const char * /*interface*/,
+           const char * /*property*/, sd_bus_message *value, void *state,
+           sd_bus_error *error) { return static_cast<State *>(state)->set_mode(value, error); },
+        0, SD_BUS_VTABLE_PROPERTY_EMITS_CHANGE | SD_BUS_VTABLE_UNPRIVILEGED),
+    SD_BUS_PROPERTY("State", "s", get<&State::state_name>, 0, SD_BUS_VTABLE_PROPERTY_EMITS_CHANGE),
+    SD_BUS_PROPERTY("FramesPublished", "t", get_statistic<&Statistics::published>, 0, 0),
+    SD_BUS_PROPERTY("FramesMeasured", "t", get_statistic<&Statistics::measured>, 0, 0),
+    SD_BUS_PROPERTY("FramesEstimated", "t", get_statistic<&Statistics::estimated>, 0, 0),
+    SD_BUS_PROPERTY("FramesWithoutDepth", "t", get_statistic<&Statistics::without_depth>, 0, 0),
+    SD_BUS_PROPERTY("FramesDamaged", "t", get_statistic<&Statistics::damaged>, 0, 0),
+    SD_BUS_PROPERTY("FramesMissed", "t", get_statistic<&Statistics::missed>, 0, 0),
+    SD_BUS_PROPERTY("DutyCycle", "d", get_statistic<&Statistics::duty_cycle>, 0, 0),
+    SD_BUS_PROPERTY("ExpectedError", "d", get_statistic<&Statistics::expected_error>, 0, 0),
+    SD_BUS_PROPERTY("Coverage", "d", get_statistic<&Statistics::coverage>, 0, 0),
+    SD_BUS_PROPERTY("LatencyP50", "t", get_statistic<&Statistics::latency_p50>, 0, 0),
+    SD_BUS_PROPERTY("LatencyP99", "t", get_statistic<&Statistics::latency_p99>, 0, 0),
+    SD_BUS_PROPERTY("OpenStreams", "u", get<&State::open_streams>, 0, 0),
+    SD_BUS_PROPERTY("Version", "s", get<&State::version>, 0, SD_BUS_VTABLE_PROPERTY_CONST),
+    SD_BUS_VTABLE_END,
+};
+
+int DepthService::State::open_stream(sd_bus_message *call, sd_bus_error *error) {
+    if (const int refused = read_options(call, error); refused < 0)
+        return refused;
+    uid_t user = 0;
+    if (const int unknown = sender_of(call, user); unknown < 0)
+        return unknown;
+    const Result<UniqueFd> socket = streams.open(user);
+    if (!socket)
+        return sd_bus_error_setf(error,
+                                 socket.error().code == EDQUOT ? SD_BUS_ERROR_LIMITS_EXCEEDED
+                                                               : SD_BUS_ERROR_FAILED,
+                                 "%s", socket.error().message.c_str());
+    const afterglow_plane &depth = ring.planes[0];
+    return sd_bus_reply_method_return(call, "hha{sv}", ring_fd, socket->get(), 6, //
+                                      "major", "u", ring.major,                   //
+                                      "minor", "u", ring.minor,                   //
+                                      "generation", "t", ring.generation,         //
+                                      "width", "u", depth.width,                  //
+                                      "height", "u", depth.height,                //
+                                      "bytes", "t",
+                                      ring.header_size + ring.slot_count * ring.slot_stride);
+}
+
+int DepthService::State::reset_statistics(sd_bus_message *call) {
+    statistics.reset();
+    return sd_bus_reply_method_return(call, "");
+}
+
+int DepthService::State::set_mode(sd_bus_message *value, sd_bus_error *error) {
+    const char *name = nullptr;
+    if (const int read = sd_bus_message_read(value, "s", &name); read < 0)
+        return read;
+    const std::optional<GateMode> wanted = gate_mode_from_string(name);
+    if (!wanted)
+        return sd_bus_error_setf(error, SD_BUS_ERROR_INVALID_ARGS,
+                                 "There is no mode '%s'; the modes are %s.", name,
+                                 mode_names().c_str());
+    if (*wanted != mode) {
+        mode = *wanted;
+        control.set_mode(mode);
+        changed("Mode");
+    }
+    return 0;
+}
+
+void DepthService::State::changed(const char *property) {
+    sd_bus_emit_properties_changed(bus.get(), object_path, interface_name, property, nullptr);
+}
+
+Result<std::unique_ptr<DepthService>> DepthService::create(sd_event *event, const BusOptions &bus,
+                                                           int ring_fd,
+                                                           const afterglow_ring_header &ring,
+                                                           GateMode mode, ServiceControl &control) {
+    const auto failed = [](std::string what, int error) {
+        return Error{fmt::format("cannot {}: {}", what, std::strerror(-error)), -error};
+    };
+    auto state = std::make_unique<State>(event, ring_fd, ring, mode, control);
+    if (const int error = connect(bus, state->bus); error < 0)
+        return failed(fmt::format("connect to {}", name_of(bus)), error);
+    sd_bus *connection = state->bus.get();
+    if (const int error = sd_bus_add_object_vtable(connection, nullptr, object_path, interface_name,
+                                                   State::vtable, state.get());
+        error < 0)
+        return failed(fmt::format("offer {} on {}", interface_name, name_of(bus)), error);
+    // Requests may come as soon as the name is ours.
+    if (const int error = sd_bus_attach_event(connection, event, SD_EVENT_PRIORITY_NORMAL);
+        error < 0)
+        return failed(fmt::format("listen on {}", name_of(bus)), error);
+    if (const int error = sd_bus_set_exit_on_disconnect(connection, 1); error < 0)
+        return failed(fmt::format("watch {}", name_of(bus)), error);
+    if (const int error = sd_bus_request_name(connection, bus_name, 0); error < 0)
+        return error == -EEXIST
+                   ? Error{fmt::format("another daemon has the name {} on {}", bus_name,
+                                       name_of(bus)),
+                           EEXIST}
+                   : failed(fmt::format("take the name {} on {}", bus_name, name_of(bus)), error);
+    return std::unique_ptr<DepthService>(new DepthService(std::move(state)));
+}
+
+DepthService::DepthService(std::unique_ptr<State> state) : state_(std::move(state)) {}
+
+DepthService::~DepthService() = default;
+
+void DepthService::frame_published(const FrameEvent &event) {
+    state_->statistics.add(event);
+    state_->streams.wake(event.frame.index);
+}
+
+void DepthService::set_state(DaemonState state) {
+    if (state == state_->daemon_state)
+        return;
+    state_->daemon_state = state;
+    state_->changed("State");
+}
+
+} // namespace afterglow

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "afterglow/ring.h"
+#include "core/gate.hpp"
+#include "core/result.hpp"
+
+#include <systemd/sd-event.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+namespace afterglow {
+
+/// The named states of the daemon, as shown on D-Bus.
+enum class DaemonState { starting, running, idle, color_lost, tof_lost, stopped };
+
+/// What the estimator thread tells of each published frame.
+struct FrameEvent {
+    afterglow_frame frame;
+    std::uint64_t damaged; ///< frames dropped so far because they were unusable
+    std::uint64_t missed;  ///< frames that the colour source says were never delivered to us
+};
+
+/// Where the bus is: --system, --session or --bus ADDRESS.
+struct BusOptions {
+    enum class Kind { system, session, address } kind = Kind::system;
+    std::string address;
+};
+
+/// What clients ask of the daemon. Called on the D-Bus thread; must not block.
+class ServiceControl {
+public:
+    virtual ~ServiceControl() = default;
+    virtual void set_mode(GateMode mode) = 0;
+    /// The number of open streams has changed; 0 lets the cameras sleep.
+    virtual void set_claims(int open_streams) = 0;
+};
+
+/// org.afterglow.Depth1 on the bus, and the sockets of the open streams. D-Bus thread only.
+class DepthService {
+public:
+    /// Connects, exports the object, takes the name. `ring_fd` is what OpenStream hands out and
+    /// `ring` what it says of it; both stay the caller's and outlive the service, as `control`.
+    ///
+    /// When the bus is lost later, `event`'s loop exits with EXIT_FAILURE: nobody can reach us.
+    static Result<std::unique_ptr<DepthService>> create(sd_event *event, const BusOptions &bus,
+                                                        int ring_fd,
+                                                        const afterglow_ring_header &ring,
+                                                        GateMode mode, ServiceControl &control);
+    ~DepthService();
+
+    /// Counts the frame and wakes the streams.
+    void frame_published(const FrameEvent &event);
+    void set_state(DaemonState state);
+
+private:
+    struct State;
+    explicit DepthService(std::unique_ptr<State> state);
+    std::unique_ptr<State> state_;
+};
+
+} // namespace afterglow

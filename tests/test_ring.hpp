@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "afterglow/afterglow.h"
+#include "ipc/ring_writer.hpp"
+#include "tests/catch.hpp"
+
+#include <sys/socket.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <fcntl.h>
+#include <memory>
+#include <vector>
+
+namespace afterglow::test {
+
+struct StreamCloser {
+    void operator()(afterglow_stream *stream) const { afterglow_close(stream); }
+};
+using Stream = std::unique_ptr<afterglow_stream, StreamCloser>;
+
+/// A ring with frames whose every pixel follows from the frame's index.
+class TestRing {
+public:
+    explicit TestRing(int width = 64, int height = 48, int slots = 8)
+        : camera_{50, 51, 31.5, 23.5, width, height},
+          writer_(std::move(*RingWriter::create(camera_, slots))), depth_(width, height),
+          confidence_(width, height), luma_(width, height) {}
+
+    RingWriter &writer() { return writer_; }
+    const Intrinsics &camera() const { return camera_; }
+
+    static std::uint16_t depth_of(std::uint64_t index) {
+        return static_cast<std::uint16_t>(index * 40503);
+    }
+    static std::uint8_t confidence_of(std::uint64_t index) {
+        return static_cast<std::uint8_t>(index * 167);
+    }
+    static std::uint8_t luma_of(std::uint64_t index) {
+        return static_cast<std::uint8_t>(index * 89 + 1);
+    }
+
+    afterglow_frame publish() {
+        const std::uint64_t index = writer_.header().head;
+        std::fill(depth_.pixels().begin(), depth_.pixels().end(), depth_of(index));
+        std::fill(confidence_.pixels().begin(), confidence_.pixels().end(), confidence_of(index));
+        std::fill(luma_.pixels().begin(), luma_.pixels().end(), luma_of(index));
+        Estimate estimate;
+        estimate.source = FrameSource::estimated;
+        estimate.age_frames = static_cast<std::uint32_t>(index);
+        estimate.depth = depth_;
+        estimate.confidence = confidence_.view();
+        afterglow_frame frame{};
+        frame.sequence = index;
+        return writer_.publish(estimate, luma_, frame);
+    }
+
+    /// A stream on this ring. The daemon's end of its socket goes to `daemon_end`.
+    Stream open(UniqueFd &daemon_end) const {
+        int ends[2];
+        REQUIRE(::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) == 0);
+        daemon_end = UniqueFd(ends[0]);
+        afterglow_stream *stream = nullptr;
+        REQUIRE(afterglow_open_fds(::fcntl(writer_.fd(), F_DUPFD_CLOEXEC, 0), ends[1], &stream) ==
+                0);
+        return Stream(stream);
+    }
+
+private:
+    Intrinsics camera_;
+    RingWriter writer_;
+    DepthMap depth_;
+    Image<std::uint8_t> confidence_;
+    Luma luma_;
+};
+
+/// Buffers for all planes of a stream.
+struct Planes {
+    explicit Planes(const afterglow_stream *stream)
+        : depth(afterglow_plane_bytes(stream, AFTERGLOW_PLANE_DEPTH) / 2),
+          confidence(afterglow_plane_bytes(stream, AFTERGLOW_PLANE_CONFIDENCE)),
+          luma(afterglow_plane_bytes(stream, AFTERGLOW_PLANE_LUMA)),
+          wanted{{AFTERGLOW_PLANE_DEPTH, depth.data(), depth.size() * 2},
+                 {AFTERGLOW_PLANE_CONFIDENCE, confidence.data(), confidence.size()},
+                 {AFTERGLOW_PLANE_LUMA, luma.data(), luma.size()}} {}
+
+    /// Whether every pixel is the one that frame `index` of a TestRing has.
+    bool are_of(std::uint64_t index) const {
+        const auto all = [](const auto &pixels, auto value) {
+            return std::all_of(pixels.begin(), pixels.end(),
+                               [&](auto pixel) { return pixel == value; });
+        };
+        return all(depth, TestRing::depth_of(index)) &&
+               all(confidence, TestRing::confidence_of(index)) &&
+               all(luma, TestRing::luma_of(index));
+    }
+
+    std::vector<std::uint16_t> depth;
+    std::vector<std::uint8_t> confidence;
+    std::vector<std::uint8_t> luma;
+    afterglow_buffer wanted[3];
+};
+
+} // namespace afterglow::test

@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Readers and writer at the same time, and the death of either.
+#include "ipc/seqlock.hpp"
+#include "tests/test_ring.hpp"
+
+#include <sys/poll.h>
+#include <sys/wait.h>
+
+#include <atomic>
+#include <cerrno>
+#include <csignal>
+#include <thread>
+
+using namespace afterglow;
+using namespace afterglow::test;
+
+namespace {
+
+/// A thread that publishes at full speed for as long as it lives.
+class BusyWriter {
+public:
+    explicit BusyWriter(TestRing &ring)
+        : thread_([this, &ring] {
+              while (!stop_)
+                  ring.publish();
+          }) {}
+    ~BusyWriter() {
+        stop_ = true;
+        thread_.join();
+    }
+
+private:
+    std::atomic<bool> stop_{false};
+    std::thread thread_;
+};
+
+/// Runs `body` in another process; killed and waited for at the end.
+class Child {
+public:
+    template <class Body>
+    explicit Child(Body body) : process_(::fork()) {
+        if (process_ == 0) {
+            body();
+            ::_exit(0);
+        }
+        REQUIRE(process_ > 0);
+    }
+    ~Child() { kill(); }
+    void kill() {
+        if (process_ <= 0)
+            return;
+        ::kill(process_, SIGKILL);
+        ::waitpid(process_, nullptr, 0);
+        process_ = -1;
+    }
+
+private:
+    pid_t process_;
+};
+
+} // namespace
+
+TEST_CASE("no torn frame is ever read", "[ipc][tsan]") {
+    // Two slots: the writer is always about to overwrite what is read.
+    TestRing ring(64, 48, 2);
+    std::atomic<int> torn{0};
+    {
+        const BusyWriter writer(ring);
+        std::vector<std::thread> readers;
+        for (int i = 0; i < 3; ++i) {
+            UniqueFd daemon_end;
+            Stream opened = ring.open(daemon_end);
+            readers.emplace_back([&, stream = std::move(opened), end = std::move(daemon_end)] {
+                Planes planes(stream.get());
+                afterglow_frame frame{};
+                std::uint64_t last = 0;
+                for (int whole = 0; whole < 3000;) {
+                    const bool newest = whole % 2 == 0;
+                    const int error =
+                        newest ? afterglow_read_latest(stream.get(), &frame, planes.wanted, 3)
+                               : afterglow_read(stream.get(), last, &frame, planes.wanted, 3);
+                    if (error != 0 && newest)
+                        continue;
+                    ++whole;
+                    if (error != 0)
+                        continue;
+                    last = newest ? frame.index + 1 : last;
+                    torn += !planes.are_of(frame.index) ||
+                            frame.age_frames != static_cast<std::uint32_t>(frame.index);
+                }
+            });
+        }
+        for (std::thread &reader : readers)
+            reader.join();
+    }
+    CHECK(torn == 0);
+}
+
+TEST_CASE("the seqlock keeps plain memory consistent without a data race", "[ipc][tsan]") {
+    // In one mapping, unlike a ring and its reader: here ThreadSanitizer sees both sides.
+    constexpr std::size_t words = 64;
+    alignas(8) static std::uint64_t sequence;
+    alignas(8) static std::uint64_t payload[words];
+    sequence = 0;
+    std::atomic<bool> stop{false};
+    std::atomic<int> torn{0};
+    std::thread writer([&] {
+        std::uint64_t values[words];
+        for (std::uint64_t index = 0; !stop; ++index) {
+            std::fill(std::begin(values), std::end(values), index);
+            seqlock::begin_write(sequence, index);
+            seqlock::store(payload, values, sizeof values);
+            seqlock::end_write(sequence, index);
+        }
+    });
+    std::vector<std::thread> readers;
+    for (int i = 0; i < 2; ++i)
+        readers.emplace_back([&] {
+            std::uint64_t values[words];
+            for (int whole = 0; whole < 20000;) {
+                const std::uint64_t begun = seqlock::begin_read(sequence);
+                if (begun == 0 || begun % 2 == 1)
+                    continue;
+                seqlock::load(values, payload, sizeof values);
+                if (!seqlock::end_read(sequence, begun))
+                    continue;
+                ++whole;
+                for (const std::uint64_t value : values)
+                    torn += seqlock::complete(value) != begun;
+            }
+        });
+    for (std::thread &reader : readers)
+        reader.join();
+    stop = true;
+    writer.join();
+    CHECK(torn == 0);
+}
+
+TEST_CASE("a waiting reader wakes for a frame, and for the end of the ring", "[ipc][tsan]") {
+    auto ring = std::make_unique<TestRing>();
+    UniqueFd daemon_end;
+    const Stream stream = ring->open(daemon_end);
+    std::atomic<int> frames{0};
+    std::atomic<int> end{0};
+    std::thread reader([&] {
+        int error = 0;
+        while ((error = afterglow_wait(stream.get(), -1)) == 0)
+            if (afterglow_read_latest(stream.get(), nullptr, nullptr, 0) == 0)
+                ++frames;
+        end = error;
+    });
+    for (int published = 1; published <= 100; ++published) {
+        ring->publish();
+        while (frames < published)
+            std::this_thread::yield();
+    }
+    ring.reset();
+    reader.join();
+    CHECK(end == -EPIPE);
+    CHECK(frames == 100);
+    CHECK(afterglow_read_latest(stream.get(), nullptr, nullptr, 0) == -EPIPE);
+}
+
+TEST_CASE("a reader that is killed does not disturb the writer", "[ipc]") {
+    TestRing ring;
+    UniqueFd daemon_end;
+    const Stream stream = ring.open(daemon_end);
+    int alive[2];
+    REQUIRE(::pipe2(alive, O_CLOEXEC) == 0);
+    for (int round = 0; round < 10; ++round) {
+        ring.publish();
+        Child reader([&] {
+            UniqueFd end;
+            const Stream own = ring.open(end);
+            Planes planes(own.get());
+            for (std::uint64_t last = ring.writer().header().head - 1;; ++last)
+                for (int again = 0; again < 3; ++again)
+                    if (afterglow_read(own.get(), last - static_cast<unsigned>(again), nullptr,
+                                       planes.wanted, 3) == 0)
+                        (void)!::write(alive[1], "r", 1);
+        });
+        char first = 0;
+        REQUIRE(::read(alive[0], &first, 1) == 1);
+        reader.kill();
+        for (int i = 0; i < 10; ++i)
+            ring.publish();
+        Planes planes(stream.get());
+        afterglow_frame frame{};
+        REQUIRE(afterglow_read_latest(stream.get(), &frame, planes.wanted, 3) == 0);
+        CHECK(planes.are_of(frame.index));
+    }
+    ::close(alive[0]);
+    ::close(alive[1]);
+}
+
+TEST_CASE("a reader notices that the daemon was killed", "[ipc]") {
+    TestRing ring;
+    UniqueFd daemon_end;
+    const Stream stream = ring.open(daemon_end);
+    Child daemon([&] {
+        while (true)
+            ring.publish();
+    });
+    daemon_end = UniqueFd(); // the child has the only one
+    REQUIRE(afterglow_wait(stream.get(), -1) == 0);
+    REQUIRE(afterglow_read_latest(stream.get(), nullptr, nullptr, 0) == 0);
+    daemon.kill();
+    int error = 0;
+    while ((error = afterglow_wait(stream.get(), -1)) == 0)
+        error = afterglow_read_latest(stream.get(), nullptr, nullptr, 0);
+    CHECK(error == -EPIPE);
+    CHECK(afterglow_read_latest(stream.get(), nullptr, nullptr, 0) == -EPIPE);
+
+    pollfd poll{afterglow_fd(stream.get()), POLLIN, 0};
+    CHECK(::poll(&poll, 1, -1) == 1);
+    CHECK((poll.revents & POLLHUP) != 0);
+}
+
+TEST_CASE("the last frames can be read after the daemon's end", "[ipc]") {
+    auto ring = std::make_unique<TestRing>();
+    UniqueFd daemon_end;
+    const Stream stream = ring->open(daemon_end);
+    ring->publish();
+    ring.reset();
+    daemon_end = UniqueFd();
+    Planes planes(stream.get());
+    CHECK(afterglow_wait(stream.get(), -1) == 0);
+    REQUIRE(afterglow_read_latest(stream.get(), nullptr, planes.wanted, 3) == 0);
+    CHECK(planes.are_of(0));
+    CHECK(afterglow_wait(stream.get(), -1) == -EPIPE);
+    CHECK(afterglow_read(stream.get(), 1, nullptr, nullptr, 0) == -EPIPE);
+}
+
+TEST_CASE("a signal ends a wait", "[ipc]") {
+    TestRing ring;
+    UniqueFd daemon_end;
+    const Stream stream = ring.open(daemon_end);
+    struct sigaction action {};
+    action.sa_handler = [](int) {};
+    struct sigaction before {};
+    REQUIRE(::sigaction(SIGUSR1, &action, &before) == 0);
+    std::atomic<bool> waiting{true};
+    const pthread_t waiter = ::pthread_self();
+    std::thread other([&] {
+        while (waiting) {
+            ::pthread_kill(waiter, SIGUSR1);
+            std::this_thread::yield();
+        }
+    });
+    CHECK(afterglow_wait(stream.get(), -1) == -EINTR);
+    waiting = false;
+    other.join();
+    ::sigaction(SIGUSR1, &before, nullptr);
+}
+
+TEST_CASE("wake-ups on the socket are taken off by reading", "[ipc]") {
+    TestRing ring;
+    UniqueFd daemon_end;
+    const Stream stream = ring.open(daemon_end);
+    for (int i = 0; i < 5; ++i) {
+        const std::uint64_t index = ring.publish().index;
+        REQUIRE(::send(daemon_end.get(), &index, sizeof index, MSG_DONTWAIT) == sizeof index);
+    }
+    pollfd poll{afterglow_fd(stream.get()), POLLIN, 0};
+    CHECK(::poll(&poll, 1, 0) == 1);
+    CHECK(afterglow_read_latest(stream.get(), nullptr, nullptr, 0) == 0);
+    CHECK(::poll(&poll, 1, 0) == 0);
+}

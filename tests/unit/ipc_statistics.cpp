@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ipc/statistics.hpp"
+#include "tests/catch.hpp"
+
+#include <limits>
+
+using namespace afterglow;
+
+namespace {
+
+FrameEvent event_of(afterglow_source source, bool illuminated, std::int64_t latency_ns = 0) {
+    FrameEvent event{};
+    event.frame.source = source;
+    event.frame.illuminated = illuminated ? 1 : 0;
+    event.frame.t_ns = 5'000'000'000;
+    event.frame.published_ns = event.frame.t_ns + latency_ns;
+    return event;
+}
+
+} // namespace
+
+TEST_CASE("percentiles of durations are right to three percent at every size", "[ipc]") {
+    for (std::int64_t ns = 1; ns < std::numeric_limits<std::int64_t>::max() / 3; ns = ns * 2 + 7) {
+        DurationHistogram histogram;
+        histogram.add(ns);
+        for (const double fraction : {0.0, 0.5, 1.0})
+            CHECK(static_cast<double>(histogram.percentile(fraction)) ==
+                  Approx(static_cast<double>(ns)).epsilon(0.03));
+    }
+}
+
+TEST_CASE("percentiles tell the usual from the rare", "[ipc]") {
+    DurationHistogram histogram;
+    CHECK(histogram.percentile(0.5) == 0);
+    for (int i = 1; i <= 1000; ++i)
+        histogram.add(i * 1000);
+    CHECK(static_cast<double>(histogram.percentile(0.50)) == Approx(500e3).epsilon(0.03));
+    CHECK(static_cast<double>(histogram.percentile(0.99)) == Approx(990e3).epsilon(0.03));
+    CHECK(histogram.percentile(0) <= 1030);
+    CHECK(static_cast<double>(histogram.percentile(1)) == Approx(1000e3).epsilon(0.03));
+}
+
+TEST_CASE("impossible durations are counted without harm", "[ipc]") {
+    DurationHistogram histogram;
+    histogram.add(-1);
+    histogram.add(std::numeric_limits<std::int64_t>::min());
+    CHECK(histogram.percentile(1) == 0);
+    histogram.add(std::numeric_limits<std::int64_t>::max());
+    CHECK(static_cast<double>(histogram.percentile(1)) == Approx(9.2e18).epsilon(0.03));
+}
+
+TEST_CASE("frames are counted by where their depth comes from", "[ipc]") {
+    Statistics statistics;
+    CHECK(statistics.duty_cycle() == 0);
+    statistics.add(event_of(AFTERGLOW_NONE, true)); // lit, but the camera was not awake yet
+    statistics.add(event_of(AFTERGLOW_MEASURED, true));
+    for (int i = 0; i < 6; ++i)
+        statistics.add(event_of(AFTERGLOW_ESTIMATED, false, 2'000'000));
+    CHECK(statistics.published() == 8);
+    CHECK(statistics.measured() == 1);
+    CHECK(statistics.estimated() == 6);
+    CHECK(statistics.without_depth() == 1);
+    CHECK(statistics.duty_cycle() == 25);
+    CHECK(static_cast<double>(statistics.latency_p50()) == Approx(2e6).epsilon(0.03));
+}
+
+TEST_CASE("a reset starts every count anew and keeps what is of the last frame", "[ipc]") {
+    Statistics statistics;
+    FrameEvent event = event_of(AFTERGLOW_ESTIMATED, true, 1000);
+    event.damaged = 3;
+    event.missed = 5;
+    event.frame.expected_mre = 1.25F;
+    event.frame.coverage = 93.5F;
+    statistics.add(event);
+    CHECK(statistics.damaged() == 3);
+    CHECK(statistics.missed() == 5);
+
+    statistics.reset();
+    CHECK(statistics.published() == 0);
+    CHECK(statistics.estimated() == 0);
+    CHECK(statistics.damaged() == 0);
+    CHECK(statistics.missed() == 0);
+    CHECK(statistics.duty_cycle() == 0);
+    CHECK(statistics.latency_p99() == 0);
+    CHECK(statistics.expected_error() == 1.25);
+    CHECK(statistics.coverage() == 93.5);
+
+    event.damaged = 4;
+    event.missed = 7;
+    statistics.add(event);
+    CHECK(statistics.damaged() == 1);
+    CHECK(statistics.missed() == 2);
+}
