@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/estimator_thread.hpp"
+
+#include "daemon/realtime.hpp"
+
+#include <fmt/format.h>
+#include <sys/eventfd.h>
+
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <exception>
+#include <poll.h>
+#include <utility>
+
+namespace afterglow {
+namespace {
+
+UniqueFd make_eventfd() {
+    return UniqueFd(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC));
+}
+
+/// Until `fd` is readable, or the time is over.
+void wait_for(int fd, std::chrono::nanoseconds time) {
+    const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(time);
+    const timespec limit = {static_cast<time_t>(seconds.count()),
+                            static_cast<long>((time - seconds).count())};
+    pollfd poll = {fd, POLLIN, 0};
+    ::ppoll(&poll, 1, time == CaptureSession::for_ever ? nullptr : &limit, nullptr);
+    eventfd_t count = 0;
+    ::eventfd_read(fd, &count);
+}
+
+} // namespace
+
+Result<std::unique_ptr<EstimatorThread>> EstimatorThread::create(Rig rig, const Config &config) {
+    Result<RingWriter> ring = RingWriter::create(rig.color->intrinsics(), config.daemon.ring_slots);
+    if (!ring)
+        return ring.error();
+    UniqueFd wake = make_eventfd();
+    UniqueFd orders = make_eventfd();
+    if (!wake || !orders)
+        return Error{fmt::format("no eventfd: {}", std::strerror(errno)), errno};
+    return std::unique_ptr<EstimatorThread>(new EstimatorThread(
+        std::move(rig), config, std::move(*ring), std::move(wake), std::move(orders)));
+}
+
+EstimatorThread::EstimatorThread(Rig rig, const Config &config, RingWriter ring, UniqueFd wake,
+                                 UniqueFd orders)
+    : rig_(std::move(rig)), config_(config), ring_(std::move(ring)), outbox_(std::move(wake)),
+      order_fd_(std::move(orders)) {
+    given_.mode = config.gate.mode;
+    orders_.store(given_, std::memory_order_release);
+    thread_ = std::thread([this] { run(); });
+}
+
+EstimatorThread::~EstimatorThread() {
+    given_.stop = true;
+    give(given_);
+    thread_.join();
+}
+
+void EstimatorThread::set_mode(GateMode mode) {
+    given_.mode = mode;
+    give(given_);
+}
+
+void EstimatorThread::set_wanted(bool wanted) {
+    given_.run = wanted;
+    give(given_);
+}
+
+void EstimatorThread::give(const Orders &orders) {
+    orders_.store(orders, std::memory_order_release);
+    ::eventfd_write(order_fd_.get(), 1);
+}
+
+bool EstimatorThread::alive() {
+    const std::uint64_t turns = turns_.load(std::memory_order_relaxed);
+    const bool moved = turns != turns_seen_;
+    turns_seen_ = turns;
+    ::eventfd_write(order_fd_.get(), 1);
+    return moved;
+}
+
+void EstimatorThread::run() noexcept {
+    try {
+        capture();
+    } catch (const std::exception &error) {
+        outbox_.note(Priority::error, error.what());
+        failed_.store(true, std::memory_order_release);
+        outbox_.enter(DaemonState::stopped);
+    }
+}
+
+void EstimatorThread::capture() {
+    if (const int priority = config_.daemon.realtime_priority; priority > 0) {
+        if (const Status status = become_realtime(priority); !status)
+            outbox_.note(Priority::warning, status.error().message);
+    }
+    WorkerPool pool(config_.daemon.workers);
+    CaptureSession session(rig_, config_, pool, ring_, outbox_);
+    while (true) {
+        const Orders orders = orders_.load(std::memory_order_acquire);
+        if (orders.stop)
+            return;
+        const auto idle_time = session.turn(orders, std::chrono::steady_clock::now());
+        turns_.fetch_add(1, std::memory_order_relaxed);
+        if (idle_time > std::chrono::nanoseconds(0))
+            wait_for(order_fd_.get(), idle_time);
+    }
+}
+
+} // namespace afterglow

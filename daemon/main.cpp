@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/config.hpp"
+#include "daemon/daemon.hpp"
+#include "daemon/log.hpp"
+#include "daemon/open_rig.hpp"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <exception>
+#include <sstream>
+#include <string>
+
+namespace {
+
+// Exit codes. The unit does not restart the daemon after the last two: a person has to act first.
+constexpr int exit_clean = 0;
+constexpr int exit_failure = 1; ///< a device, the bus or the system refused
+constexpr int exit_usage = 2;
+constexpr int exit_configuration = 78; ///< EX_CONFIG of sysexits.h
+
+struct Arguments {
+    std::string config = AFTERGLOW_CONFIG_FILE;
+    std::string bus;
+    bool check = false;
+    bool darken = false;
+};
+
+/// Every line of an error is one line of the log.
+int fail(const afterglow::Error &error, int code) {
+    std::istringstream lines(error.message);
+    for (std::string line; std::getline(lines, line);)
+        afterglow::log(afterglow::Priority::error, line);
+    return code;
+}
+
+int darken(const afterglow::Config &config) {
+    const afterglow::Result<afterglow::Rig> rig = afterglow::open_rig(config);
+    if (!rig)
+        return fail(rig.error(), exit_failure);
+    const afterglow::Status dark = rig->illuminator->set(false);
+    return dark ? exit_clean : fail(dark.error(), exit_failure);
+}
+
+int run(const Arguments &arguments) {
+    afterglow::Result<afterglow::Config> config = afterglow::load_config(arguments.config);
+    if (!config)
+        return fail(config.error(), exit_configuration);
+    if (arguments.check) {
+        fmt::print("{}: good\n", arguments.config);
+        return exit_clean;
+    }
+    if (arguments.darken)
+        return darken(*config);
+    if (!arguments.bus.empty())
+        config->daemon.bus = arguments.bus;
+    const afterglow::Status served = afterglow::serve(*config);
+    return served ? exit_clean : fail(served.error(), exit_failure);
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+    Arguments arguments;
+    CLI::App app("Gives depth for every camera frame, with the TOF illuminator dark most of the "
+                 "time.",
+                 "afterglowd");
+    app.set_version_flag("--version", AFTERGLOW_VERSION);
+    app.add_option("--config", arguments.config, "configuration file")
+        ->type_name("FILE")
+        ->capture_default_str();
+    auto *bus = app.add_option_group("bus", "where to be found; overrides the configuration");
+    bus->add_flag_callback(
+        "--system", [&] { arguments.bus = "system"; }, "the system bus");
+    bus->add_flag_callback(
+        "--session", [&] { arguments.bus = "session"; }, "the session bus");
+    bus->add_option("--bus", arguments.bus, "the bus at an address")->type_name("ADDRESS");
+    bus->require_option(0, 1);
+    auto *check = app.add_flag("--check", arguments.check,
+                               "only check the configuration, and say what is wrong with it");
+    app.add_flag("--darken", arguments.darken,
+                 "only switch the illuminator off, as after a crash of the daemon")
+        ->excludes(check);
+    app.footer("Exit status: 0 stopped as asked, or the recording is over; 1 a device, the bus or "
+               "the system\nrefused; 2 wrong usage; 78 wrong configuration.");
+    try {
+        app.parse(argc, argv);
+        return run(arguments);
+    } catch (const CLI::ParseError &error) {
+        return app.exit(error) == 0 ? exit_clean : exit_usage;
+    } catch (const std::exception &error) {
+        return fail({error.what()}, exit_failure);
+    }
+}

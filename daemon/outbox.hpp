@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "daemon/log.hpp"
+#include "daemon/spsc_queue.hpp"
+#include "ipc/service.hpp"
+#include "ipc/unique_fd.hpp"
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <string_view>
+#include <utility>
+
+namespace afterglow {
+
+/// A sentence for the log from a thread that must not allocate; cut to what fits.
+struct Note {
+    Priority priority = Priority::info;
+    std::uint8_t length = 0;
+    std::array<char, 238> text = {};
+
+    static Note of(Priority priority, std::string_view sentence);
+    std::string_view sentence() const { return {text.data(), length}; }
+};
+
+/// What the estimator thread tells the main thread.
+///
+/// The estimator thread's side is wait-free. When the main thread is seconds behind, the newest
+/// frame events and notes are dropped; the state never is.
+class Outbox {
+public:
+    /// `wake` is an eventfd, non-blocking, that no other process holds.
+    explicit Outbox(UniqueFd wake) : wake_(std::move(wake)) {}
+
+    // The estimator thread's side.
+    void frame(const FrameEvent &event);
+    void note(Priority priority, std::string_view sentence);
+    void enter(DaemonState state);
+
+    // The main thread's side.
+    /// Becomes readable when something may have come; clear_wake() before looking.
+    int wake_fd() const { return wake_.get(); }
+    void clear_wake() const;
+    bool next_frame(FrameEvent &event) { return frames_.pop(event); }
+    bool next_note(Note &note) { return notes_.pop(note); }
+    DaemonState state() const { return state_.load(std::memory_order_acquire); }
+
+private:
+    void wake() const;
+
+    UniqueFd wake_;
+    SpscQueue<FrameEvent, 256> frames_;
+    SpscQueue<Note, 32> notes_;
+    std::atomic<DaemonState> state_ = DaemonState::starting;
+};
+
+} // namespace afterglow

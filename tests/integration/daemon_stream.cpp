@@ -1,0 +1,211 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "afterglow/afterglow.h"
+#include "tests/catch.hpp"
+#include "tests/private_bus.hpp"
+#include "tests/program.hpp"
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace {
+
+const std::string small_room = "color.driver = \"synthetic\"\ntof.driver = \"synthetic\"\n"
+                               "illuminator.driver = \"synthetic\"\n"
+                               "[synthetic]\nwidth = 160\nheight = 120\nfps = 100\n";
+
+/// A daemon on a bus of its own.
+struct Served {
+    explicit Served(const std::string &configuration = small_room)
+        : daemon({"afterglowd", "--bus", bus.address(), "--config",
+                  folder.file("a.toml", configuration)}) {
+        while (daemon.runs() && status().code != 0)
+            ::usleep(10'000);
+        INFO(daemon.errors());
+        REQUIRE(daemon.runs());
+    }
+    Ended status() const { return ctl({"status"}); }
+    Ended ctl(std::vector<std::string> arguments) const {
+        arguments.insert(arguments.begin(), {"afterglowctl", "--bus", bus.address()});
+        return run(arguments);
+    }
+    /// Waits until `afterglowctl stats` has such a line.
+    void wait_for(const std::string &name, const std::string &value) {
+        const std::string line = name + std::string(21 - name.size(), ' ') + value + "\n";
+        while (daemon.runs() && ctl({"stats"}).output.find(line) == std::string::npos)
+            ::usleep(10'000);
+        INFO(daemon.errors());
+        REQUIRE(daemon.runs());
+    }
+
+    PrivateBus bus;
+    TemporaryFolder folder;
+    Program daemon;
+};
+
+/// Reads frames until `enough` of them were good; 0, or what went wrong first.
+int read_frames(const std::string &address, int enough) {
+    afterglow_stream *stream = nullptr;
+    if (const int error = afterglow_open(address.c_str(), &stream); error < 0)
+        return error;
+    std::vector<std::uint16_t> depth(afterglow_plane_bytes(stream, AFTERGLOW_PLANE_DEPTH) / 2);
+    const afterglow_buffer want = {AFTERGLOW_PLANE_DEPTH, depth.data(), 2 * depth.size()};
+    int error = 0;
+    std::uint64_t last = 0;
+    for (int good = 0; good < enough && error == 0;) {
+        afterglow_frame frame = {};
+        error = afterglow_wait(stream, 60'000);
+        if (error == 0)
+            error = afterglow_read_latest(stream, &frame, &want, 1);
+        if (error == -EAGAIN) {
+            error = 0;
+            continue;
+        }
+        if (error < 0)
+            break;
+        std::size_t known = 0;
+        for (const std::uint16_t mm : depth)
+            known += mm != 0;
+        const double coverage =
+            100.0 * static_cast<double>(known) / static_cast<double>(depth.size());
+        if ((good > 0 && frame.index <= last) || (frame.source == AFTERGLOW_NONE) != (known == 0) ||
+            frame.coverage < coverage - 0.1 || frame.coverage > coverage + 0.1)
+            error = -EBADMSG;
+        last = frame.index;
+        ++good;
+    }
+    afterglow_close(stream);
+    return error;
+}
+
+/// Another process, which ends with what `work` returns.
+pid_t in_child(const std::function<int()> &work) {
+    const pid_t process = ::fork();
+    if (process == 0) {
+        ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+        ::_exit(work() == 0 ? 0 : 1);
+    }
+    return process;
+}
+
+int end_of(pid_t process) {
+    int status = -1;
+    ::waitpid(process, &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+}
+
+} // namespace
+
+TEST_CASE(
+    "another process reads 100 frames with nothing but the bus, and the daemon stops cleanly") {
+    Served served;
+    const pid_t reader = in_child([&] { return read_frames(served.bus.address(), 100); });
+    CHECK(end_of(reader) == 0);
+    served.wait_for("State", "idle");
+
+    served.daemon.signal(SIGTERM);
+    CHECK(served.daemon.wait() == 0);
+    CHECK(served.daemon.errors().find("stopping on TERM") != std::string::npos);
+}
+
+TEST_CASE("a reader killed in the middle of a read disturbs nobody") {
+    Served served;
+    const pid_t victim = in_child([&] { return read_frames(served.bus.address(), 1'000'000); });
+    const pid_t survivor = in_child([&] { return read_frames(served.bus.address(), 150); });
+    served.wait_for("OpenStreams", "2");
+    ::kill(victim, SIGKILL);
+    CHECK(end_of(victim) == -SIGKILL);
+    CHECK(end_of(survivor) == 0);
+    served.wait_for("OpenStreams", "0");
+    CHECK(read_frames(served.bus.address(), 10) == 0);
+}
+
+TEST_CASE("a stopped reader does not keep the daemon from stopping") {
+    Served served;
+    const pid_t reader = in_child([&] { return read_frames(served.bus.address(), 1'000'000); });
+    served.wait_for("OpenStreams", "1");
+    ::kill(reader, SIGSTOP);
+    served.daemon.signal(SIGINT);
+    CHECK(served.daemon.wait() == 0);
+    ::kill(reader, SIGCONT);
+    CHECK(end_of(reader) == 1); // it is told that the daemon is gone
+}
+
+TEST_CASE("a client changes when the TOF camera is lit") {
+    Served served;
+    afterglow_stream *stream = nullptr;
+    REQUIRE(afterglow_open(served.bus.address().c_str(), &stream) == 0);
+    const auto wait_for_source = [&](std::uint32_t source, int in_a_row) {
+        for (int seen = 0; seen < in_a_row;) {
+            afterglow_frame frame = {};
+            REQUIRE(afterglow_wait(stream, 60'000) == 0);
+            if (afterglow_read_latest(stream, &frame, nullptr, 0) == 0)
+                seen = frame.source == source ? seen + 1 : 0;
+        }
+    };
+    CHECK(served.ctl({"mode", "always-on"}).code == 0);
+    wait_for_source(AFTERGLOW_MEASURED, 20);
+    CHECK(served.ctl({"mode"}).output == "always-on\n");
+    CHECK(served.ctl({"mode", "off"}).code == 0);
+    wait_for_source(AFTERGLOW_ESTIMATED, 3);
+
+    const Ended refused = served.ctl({"mode", "sometimes"});
+    CHECK(refused.code == 1);
+    CHECK(refused.errors.find("sometimes") != std::string::npos);
+    CHECK(served.ctl({"mode"}).output == "off\n");
+    afterglow_close(stream);
+}
+
+TEST_CASE("afterglowctl shows the daemon, its frames and a picture of the newest") {
+    Served served;
+    CHECK(served.status().output.find(": idle: nobody reads") != std::string::npos);
+
+    CHECK(served.ctl({"mode", "always-on"}).code == 0);
+    const Ended monitor = served.ctl({"monitor", "--frames", "5"});
+    CHECK(monitor.code == 0);
+    CHECK(monitor.output.find("  measured   lit ") != std::string::npos);
+
+    const std::string picture = served.folder.path() + "/shot.png";
+    const Ended snapshot = served.ctl({"snapshot", picture});
+    CHECK(snapshot.code == 0);
+    CHECK(snapshot.output.find(picture) == 0);
+    CHECK(std::filesystem::file_size(picture) > 1000);
+    const Ended nowhere = served.ctl({"snapshot", served.folder.path() + "/none/shot.png"});
+    CHECK(nowhere.code == 1);
+    CHECK(nowhere.errors.find("/none/shot.png") != std::string::npos);
+
+    const Ended json = served.ctl({"stats", "--json"});
+    CHECK(json.code == 0);
+    CHECK(json.output.find("\"duty_cycle\": ") != std::string::npos);
+    CHECK(json.output.find("\"mode\": \"always-on\"") != std::string::npos);
+}
+
+TEST_CASE("afterglowctl says what is missing") {
+    const PrivateBus bus;
+    const Ended nobody = run({"afterglowctl", "--bus", bus.address(), "status"});
+    CHECK(nobody.code == 1);
+    CHECK(nobody.errors.find("no afterglowd runs on the bus at ") != std::string::npos);
+    const Ended no_bus = run({"afterglowctl", "--bus", "unix:path=/nonexistent", "status"});
+    CHECK(no_bus.code == 1);
+    CHECK(no_bus.errors.find("cannot connect to the bus at unix:path=/nonexistent") !=
+          std::string::npos);
+    CHECK(run({"afterglowctl"}).code == 2);
+    CHECK(run({"afterglowctl", "dance"}).code == 2);
+}
+
+TEST_CASE("a second daemon on the same bus leaves with a clear word") {
+    Served served;
+    const Ended second = run({"afterglowd", "--bus", served.bus.address(), "--config",
+                              served.folder.file("b.toml", small_room)});
+    CHECK(second.code == 1);
+    CHECK(second.errors.find("another daemon") != std::string::npos);
+    CHECK(read_frames(served.bus.address(), 3) == 0);
+}
+
+TEST_CASE("a daemon whose bus dies stops with an error") {
+    Served served;
+    served.bus.stop();
+    CHECK(served.daemon.wait() == 1);
+    CHECK(served.daemon.errors().find("bus") != std::string::npos);
+}

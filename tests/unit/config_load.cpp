@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/config.hpp"
+#include "tests/catch.hpp"
+
+#include <sys/stat.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <unistd.h>
+
+using namespace afterglow;
+
+namespace {
+
+const std::string drivers = "[color]\ndriver = \"synthetic\"\n"
+                            "[tof]\ndriver = \"synthetic\"\n"
+                            "[illuminator]\ndriver = \"synthetic\"\n";
+
+/// A configuration file that is gone when the test is.
+class File {
+public:
+    explicit File(const std::string &text) {
+        char name[] = "/tmp/afterglow-config-XXXXXX";
+        REQUIRE(::mkdtemp(name));
+        folder_ = name;
+        std::ofstream(path(), std::ios::binary) << text;
+    }
+    ~File() { std::filesystem::remove_all(folder_); }
+    std::string path() const { return folder_ + "/a.toml"; }
+    const std::string &folder() const { return folder_; }
+
+private:
+    std::string folder_;
+};
+
+/// What load_config says of a text, with the name of the file's folder left out.
+std::string problems(const std::string &text) {
+    const File file(text);
+    const Result<Config> config = load_config(file.path());
+    if (config)
+        return "";
+    std::string message = config.error().message;
+    const std::string prefix = file.folder() + "/";
+    for (std::size_t at; (at = message.find(prefix)) != std::string::npos;)
+        message.erase(at, prefix.size());
+    return message;
+}
+
+} // namespace
+
+TEST_CASE("a configuration with only the drivers has every default") {
+    const File file(drivers);
+    const Result<Config> config = load_config(file.path());
+    REQUIRE(config);
+    CHECK(config->color == Driver::synthetic);
+    CHECK(config->daemon.ring_slots == 8);
+    CHECK(config->estimator.ransac.threshold == 4);
+    CHECK(config->gate.mode == GateMode::automatic);
+}
+
+TEST_CASE("every section of a configuration file is taken") {
+    const File file(drivers + "[synthetic]\nfps = 15\nnoise = false\nseed = 7\n"
+                              "[estimator]\npreset = \"paper\"\nransac = { draws = 50 }\n"
+                              "[estimator.flow]\nblock = 9\n"
+                              "[gate]\nmode = \"interval\"\ninterval_frames = 5\n"
+                              "[daemon]\nworkers = 3\nbus = \"session\"\n");
+    const Result<Config> config = load_config(file.path());
+    REQUIRE(config);
+    CHECK(config->synthetic.fps == 15);
+    CHECK_FALSE(config->synthetic.noise);
+    CHECK(config->synthetic.seed == 7);
+    CHECK(config->estimator.ransac.draws == 50);
+    CHECK(config->estimator.ransac.refine_iterations == 3);
+    CHECK(config->estimator.flow.block == 9);
+    CHECK(config->gate.mode == GateMode::interval);
+    CHECK(config->gate.interval_frames == 5);
+    CHECK(config->daemon.workers == 3);
+    CHECK(config->daemon.bus == "session");
+}
+
+TEST_CASE("the path of a recording starts at the folder of the configuration") {
+    const std::string replay = "color.driver = \"replay\"\ntof.driver = \"replay\"\n"
+                               "illuminator.driver = \"replay\"\n";
+    const File relative(replay + "replay.path = \"room\"\n");
+    CHECK(load_config(relative.path())->replay.path == relative.folder() + "/room");
+    const File absolute(replay + "replay.path = \"/data/room\"\n");
+    CHECK(load_config(absolute.path())->replay.path == "/data/room");
+}
+
+TEST_CASE("a configuration that cannot be read says why") {
+    const Result<Config> missing = load_config("/nonexistent/a.toml");
+    REQUIRE_FALSE(missing);
+    CHECK(missing.error().message ==
+          "/nonexistent/a.toml: cannot be read: No such file or directory");
+
+    const Result<Config> folder = load_config("/tmp");
+    REQUIRE_FALSE(folder);
+    CHECK(folder.error().message == "/tmp: cannot be read: Is a directory");
+
+    if (::geteuid() != 0) { // root may read everything
+        const File locked(drivers);
+        REQUIRE(::chmod(locked.path().c_str(), 0) == 0);
+        const Result<Config> refused = load_config(locked.path());
+        REQUIRE_FALSE(refused);
+        CHECK(refused.error().message == locked.path() + ": cannot be read: Permission denied");
+    }
+}
+
+TEST_CASE("an empty configuration misses its three drivers") {
+    CHECK(problems("") == "a.toml:1: color.driver: is missing (one of synthetic, replay)\n"
+                          "a.toml:1: tof.driver: is missing (one of synthetic, replay)\n"
+                          "a.toml:1: illuminator.driver: is missing (one of synthetic, replay)");
+}
+
+TEST_CASE("an unknown driver is answered with those of this build") {
+    CHECK(problems("color.driver = \"v4l2\"\ntof.driver = \"synthetic\"\n"
+                   "illuminator.driver = \"synthetic\"\n") ==
+          "a.toml:1: color.driver: \"v4l2\" is not allowed (one of synthetic, replay)");
+}
+
+TEST_CASE("devices that are one cannot be mixed") {
+    CHECK(problems("color.driver = \"replay\"\ntof.driver = \"replay\"\n"
+                   "illuminator.driver = \"synthetic\"\n") ==
+          "a.toml:3: color.driver, tof.driver, illuminator.driver: must be the same, because "
+          "synthetic and replay are each one device with three faces (all synthetic, or all "
+          "replay)");
+}
+
+TEST_CASE("a replay needs a recording") {
+    CHECK(problems("color.driver = \"replay\"\ntof.driver = \"replay\"\n"
+                   "illuminator.driver = \"replay\"\n") ==
+          "a.toml:3: replay.path: is missing (the folder of a recording)");
+}
+
+TEST_CASE("a misspelt key is answered with the nearest") {
+    CHECK(problems(drivers + "[gate]\nmodus = \"auto\"\n") ==
+          "a.toml:8: gate.modus: there is no such key, did you mean \"gate.mode\"?");
+    CHECK(problems(drivers + "[estimator.ransac]\ntreshold = 4\n") ==
+          "a.toml:8: estimator.ransac.treshold: there is no such key, did you mean "
+          "\"estimator.ransac.threshold\"?");
+    CHECK(problems(drivers + "[deamon]\nworkers = 1\n") ==
+          "a.toml:7: deamon: there is no such table, did you mean \"daemon\"?");
+    CHECK(problems(drivers + "[zzzzzzzzzz]\n") == "a.toml:7: zzzzzzzzzz: there is no such table");
+}
+
+TEST_CASE("a value of the wrong type or out of range is answered with what is allowed") {
+    const auto [line, answer] = GENERATE(table<std::string, std::string>({
+        {"daemon.workers = \"two\"", "daemon.workers: \"two\" is not allowed (an integer from 1 "
+                                     "to 64 threads)"},
+        {"daemon.workers = 0", "daemon.workers: 0 is not allowed (an integer from 1 to 64 "
+                               "threads)"},
+        {"daemon.workers = 2.5", "daemon.workers: 2.5 is not allowed (an integer from 1 to 64 "
+                                 "threads)"},
+        {"daemon.workers = [1]",
+         "daemon.workers: this kind of value is not allowed (an integer from 1 to 64 threads)"},
+        {"daemon.workers = 2026-01-01",
+         "daemon.workers: this kind of value is not allowed (an integer from 1 to 64 threads)"},
+        {"daemon.exit_at_end = 1", "daemon.exit_at_end: 1 is not allowed (true or false)"},
+        {"daemon.bus = 1", "daemon.bus: 1 is not allowed (text)"},
+        {"synthetic.fps = nan",
+         "synthetic.fps: nan is not allowed (a number from 1 to 1000 frames a second)"},
+        {"synthetic.fps = inf",
+         "synthetic.fps: inf is not allowed (a number from 1 to 1000 frames a second)"},
+        {"synthetic.seed = -1",
+         "synthetic.seed: -1 is not allowed (an integer from 0 to 4294967295)"},
+        {"estimator.flow.block = 8",
+         "estimator.flow.block: 8 is not allowed (one of 3, 5, ... 63 pixels)"},
+        {"estimator.preset = \"best\"", "estimator.preset: \"best\" is not allowed (one of paper)"},
+        {"gate.mode = \"sometimes\"", "gate.mode: \"sometimes\" is not allowed (one of auto, "
+                                      "always-on, interval, off)"},
+        {"estimator.flow = 1", "estimator.flow: this is a table, not a value"},
+        {"gate = 1", "gate: this is a table, not a value"},
+    }));
+    CHECK(problems(line + "\n" + drivers) == "a.toml:1: " + answer);
+}
+
+TEST_CASE("all problems of a configuration are told, in the order of its lines") {
+    CHECK(problems("synthetic.fps = 0\ndaemon.workers = 0\n" + drivers) ==
+          "a.toml:1: synthetic.fps: 0 is not allowed (a number from 1 to 1000 frames a second)\n"
+          "a.toml:2: daemon.workers: 0 is not allowed (an integer from 1 to 64 threads)");
+}
+
+TEST_CASE("text that is not TOML is told with its line") {
+    CHECK(problems(drivers + "[gate\n").find("a.toml:7: ") == 0);
+    CHECK(problems(drivers + "[gate]\nmode = \"auto\"\nmode = \"off\"\n").find("a.toml:9: ") == 0);
+    CHECK(problems(drivers + drivers).find("a.toml:7: ") == 0);
+    CHECK(problems(drivers + "# \xff\xfe\n").find("a.toml:7: ") == 0);
+    CHECK(problems(std::string("\0\0\0\0", 4)).find("a.toml:1: ") == 0);
+    CHECK(problems(drivers + "[gate]\nmode = \"auto").find('\n') == std::string::npos);
+}

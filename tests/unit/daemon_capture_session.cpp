@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/capture_session.hpp"
+#include "tests/catch.hpp"
+#include "tests/fake_cameras.hpp"
+
+#include <sys/eventfd.h>
+
+#include <optional>
+
+using namespace afterglow;
+using namespace std::chrono_literals;
+using testing::FakeCameras;
+
+namespace {
+
+Config configured(bool run_without_readers = false) {
+    Config config;
+    config.daemon.run_without_readers = run_without_readers;
+    return config;
+}
+
+/// A session on fake cameras and a clock that the test moves.
+struct Fixture {
+    explicit Fixture(const Config &config = configured())
+        : ring(RingWriter::create(cameras.camera, 2)), session(rig, config, pool, *ring, outbox) {}
+
+    /// One turn, `later` after the one before.
+    std::chrono::nanoseconds turn(std::chrono::nanoseconds later = 33ms) {
+        now += later;
+        return session.turn(orders, now);
+    }
+    /// The last frame event since the last call.
+    std::optional<FrameEvent> last_event() {
+        std::optional<FrameEvent> last;
+        for (FrameEvent event; outbox.next_frame(event);)
+            last = event;
+        return last;
+    }
+    DaemonState state() const { return outbox.state(); }
+
+    FakeCameras cameras;
+    Rig rig = cameras.rig();
+    WorkerPool pool{1};
+    Outbox outbox{UniqueFd(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC))};
+    Result<RingWriter> ring;
+    CaptureSession session;
+    Orders orders = {GateMode::automatic, true, false};
+    CaptureSession::Time now = CaptureSession::Time(1h);
+};
+
+} // namespace
+
+TEST_CASE("without readers the cameras are not even started") {
+    Fixture fixture;
+    fixture.orders.run = false;
+    CHECK(fixture.turn() == CaptureSession::for_ever);
+    CHECK(fixture.state() == DaemonState::idle);
+    CHECK(fixture.cameras.color_start_count == 0);
+}
+
+TEST_CASE("the cameras run with the first reader and rest after the last") {
+    Fixture fixture;
+    CHECK(fixture.turn() == 0ns);
+    CHECK(fixture.state() == DaemonState::running);
+    CHECK(fixture.last_event()->frame.source == AFTERGLOW_MEASURED);
+    fixture.turn();
+    CHECK(fixture.last_event()->frame.source == AFTERGLOW_ESTIMATED);
+
+    fixture.orders.run = false;
+    CHECK(fixture.turn() == CaptureSession::for_ever);
+    CHECK(fixture.state() == DaemonState::idle);
+    CHECK_FALSE(fixture.cameras.color_running);
+    CHECK_FALSE(fixture.cameras.tof_running);
+    CHECK_FALSE(fixture.cameras.lit);
+
+    fixture.orders.run = true;
+    CHECK(fixture.turn(1min) == 0ns);
+    CHECK(fixture.state() == DaemonState::running);
+    const auto event = fixture.last_event();
+    REQUIRE(event);
+    CHECK(event->frame.index == 2);
+    CHECK(event->frame.source == AFTERGLOW_MEASURED);
+    CHECK(event->missed == 0);
+}
+
+TEST_CASE("a daemon told to run without readers does") {
+    Fixture fixture(configured(true));
+    fixture.orders.run = false;
+    CHECK(fixture.turn() == 0ns);
+    CHECK(fixture.state() == DaemonState::running);
+}
+
+TEST_CASE("images that never came and frames that were unusable are counted apart") {
+    Fixture fixture;
+    fixture.turn();
+    const auto read = fixture.cameras.read_color;
+    fixture.cameras.read_color = [&](ColorFrame &) {
+        ++fixture.cameras.sequence; // the device counts it, and we cannot use it
+        return Capture::damaged;
+    };
+    fixture.turn();
+    fixture.turn();
+    fixture.cameras.read_color = read;
+    fixture.cameras.sequence += 3;
+    fixture.turn();
+    const auto event = fixture.last_event();
+    REQUIRE(event);
+    CHECK(event->damaged == 2);
+    CHECK(event->missed == 3);
+    CHECK(event->frame.sequence == 6);
+    Note note;
+    REQUIRE(fixture.outbox.next_note(note));
+    CHECK(note.sentence() == fixture.cameras.problem);
+}
+
+TEST_CASE("depth maps of zeros are counted and the light stays on") {
+    Fixture fixture;
+    fixture.cameras.depth_mm = 0;
+    for (int frame = 0; frame < 300; ++frame)
+        fixture.turn();
+    const auto event = fixture.last_event();
+    REQUIRE(event);
+    CHECK(event->frame.source == AFTERGLOW_NONE);
+    CHECK(event->frame.illuminated == 1);
+    CHECK(fixture.state() == DaemonState::running);
+    CHECK(fixture.cameras.lit);
+}
+
+TEST_CASE("a lost colour camera is started again, less and less often") {
+    Fixture fixture;
+    fixture.turn();
+    const auto read = fixture.cameras.read_color;
+    fixture.cameras.read_color = [](ColorFrame &) { return Capture::lost; };
+    CHECK(fixture.turn() == 250ms);
+    CHECK(fixture.state() == DaemonState::color_lost);
+    CHECK_FALSE(fixture.cameras.lit);
+    CHECK_FALSE(fixture.cameras.tof_running);
+    CHECK(fixture.cameras.color_start_count == 1);
+
+    CHECK(fixture.turn(100ms) == 150ms); // woken early, by an order
+    CHECK(fixture.cameras.color_start_count == 1);
+
+    fixture.cameras.color_starts = Error{"no such device", 0};
+    CHECK(fixture.turn(150ms) == 500ms);
+    CHECK(fixture.turn(500ms) == 1s);
+    CHECK(fixture.turn(1s) == 2s);
+    CHECK(fixture.turn(2s) == 4s);
+    CHECK(fixture.turn(4s) == 8s);
+    CHECK(fixture.turn(8s) == 8s);
+    CHECK(fixture.state() == DaemonState::color_lost);
+
+    fixture.cameras.color_starts = ok();
+    fixture.cameras.read_color = read;
+    CHECK(fixture.turn(8s) == 0ns);
+    CHECK(fixture.state() == DaemonState::running);
+    fixture.cameras.read_color = [](ColorFrame &) { return Capture::lost; };
+    CHECK(fixture.turn() == 250ms);
+}
+
+TEST_CASE("a colour camera that gives no images is lost after a while") {
+    Fixture fixture;
+    fixture.turn();
+    fixture.cameras.read_color = [](ColorFrame &) { return Capture::none; };
+    CHECK(fixture.turn(CaptureSession::color_stall - 1ms) == 0ns);
+    CHECK(fixture.state() == DaemonState::running);
+    CHECK(fixture.turn(1ms) > 0ns);
+    CHECK(fixture.state() == DaemonState::color_lost);
+}
+
+TEST_CASE("nobody tries to bring back a camera that nobody reads") {
+    Fixture fixture;
+    fixture.cameras.color_starts = Error{"no such device", 0};
+    fixture.turn();
+    REQUIRE(fixture.state() == DaemonState::color_lost);
+    fixture.orders.run = false;
+    CHECK(fixture.turn() == CaptureSession::for_ever);
+    CHECK(fixture.state() == DaemonState::idle);
+    fixture.orders.run = true;
+    fixture.cameras.color_starts = ok();
+    CHECK(fixture.turn() == 0ns); // at once, whatever the back-off was
+    CHECK(fixture.state() == DaemonState::running);
+}
+
+TEST_CASE("while the TOF camera is lost images are still published") {
+    Fixture fixture;
+    fixture.turn();
+    const auto read = fixture.cameras.read_tof;
+    fixture.cameras.read_tof = [](DepthFrame &) { return Capture::lost; };
+    fixture.orders.mode = GateMode::always_on;
+    CHECK(fixture.turn() == 0ns);
+    CHECK(fixture.state() == DaemonState::tof_lost);
+    CHECK_FALSE(fixture.cameras.lit);
+    CHECK_FALSE(fixture.cameras.tof_running);
+    CHECK(fixture.last_event()->frame.source == AFTERGLOW_ESTIMATED);
+
+    fixture.turn(10ms); // too early to try again
+    CHECK(fixture.cameras.tof_start_count == 1);
+    CHECK(fixture.last_event()->frame.illuminated == 0);
+
+    fixture.turn(240ms); // starts, and is lost again
+    CHECK(fixture.cameras.tof_start_count == 2);
+    CHECK(fixture.state() == DaemonState::tof_lost);
+
+    fixture.cameras.read_tof = read;
+    fixture.turn(500ms);
+    CHECK(fixture.state() == DaemonState::running);
+    CHECK(fixture.last_event()->frame.source == AFTERGLOW_MEASURED);
+}
+
+TEST_CASE("a TOF camera that does not start costs only the depth") {
+    Fixture fixture;
+    fixture.cameras.tof_starts = Error{"no TOF camera", 0};
+    CHECK(fixture.turn() == 0ns);
+    CHECK(fixture.state() == DaemonState::tof_lost);
+    const auto event = fixture.last_event();
+    REQUIRE(event);
+    CHECK(event->frame.source == AFTERGLOW_NONE);
+    Note note;
+    REQUIRE(fixture.outbox.next_note(note));
+    CHECK(note.sentence() == "no TOF camera");
+}
+
+TEST_CASE("a TOF camera that is lit for long and answers nothing is started again") {
+    Fixture fixture;
+    fixture.cameras.read_tof = [](DepthFrame &) { return Capture::none; };
+    for (int frame = 0; frame < 150; ++frame)
+        fixture.turn(33ms);
+    CHECK(fixture.state() == DaemonState::running);
+    for (int frame = 0; frame < 10; ++frame)
+        fixture.turn(33ms);
+    CHECK(fixture.state() == DaemonState::tof_lost);
+    CHECK_FALSE(fixture.cameras.lit);
+}
+
+TEST_CASE("a recording that has ended stays so, dark and stopped") {
+    Fixture fixture;
+    fixture.turn();
+    fixture.cameras.read_color = [](ColorFrame &) { return Capture::ended; };
+    CHECK(fixture.turn() == CaptureSession::for_ever);
+    CHECK(fixture.state() == DaemonState::stopped);
+    CHECK_FALSE(fixture.cameras.color_running);
+    CHECK_FALSE(fixture.cameras.lit);
+    CHECK(fixture.turn() == CaptureSession::for_ever);
+    CHECK(fixture.cameras.color_start_count == 1);
+}
+
+TEST_CASE("an ending session leaves the cameras stopped and dark") {
+    FakeCameras cameras;
+    {
+        Rig rig = cameras.rig();
+        WorkerPool pool(1);
+        Outbox outbox{UniqueFd(::eventfd(0, EFD_NONBLOCK))};
+        Result<RingWriter> ring = RingWriter::create(cameras.camera, 2);
+        CaptureSession session(rig, configured(), pool, *ring, outbox);
+        session.turn({GateMode::always_on, true, false}, CaptureSession::Time(1h));
+        REQUIRE(cameras.lit);
+    }
+    CHECK_FALSE(cameras.lit);
+    CHECK_FALSE(cameras.color_running);
+    CHECK_FALSE(cameras.tof_running);
+}

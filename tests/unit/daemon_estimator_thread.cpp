@@ -1,0 +1,142 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/estimator_thread.hpp"
+#include "tests/allocation_count.hpp"
+#include "tests/catch.hpp"
+#include "tests/fake_cameras.hpp"
+
+#include <atomic>
+#include <poll.h>
+#include <stdexcept>
+#include <thread>
+
+using namespace afterglow;
+using testing::FakeCameras;
+
+namespace {
+
+/// Waits for the thread to say something.
+void wait_for_wake(EstimatorThread &thread) {
+    pollfd poll = {thread.outbox().wake_fd(), POLLIN, 0};
+    REQUIRE(::poll(&poll, 1, 60'000) == 1);
+    thread.outbox().clear_wake();
+}
+
+void wait_for_state(EstimatorThread &thread, DaemonState state) {
+    while (thread.outbox().state() != state)
+        wait_for_wake(thread);
+}
+
+} // namespace
+
+TEST_CASE("the estimator thread runs while it is wanted and rests when not", "[tsan]") {
+    FakeCameras cameras;
+    auto thread = EstimatorThread::create(cameras.rig(), Config{});
+    REQUIRE(thread);
+    wait_for_state(**thread, DaemonState::idle);
+
+    (*thread)->set_wanted(true);
+    FrameEvent event;
+    for (std::uint64_t frame = 0; frame < 20; ++frame) {
+        while (!(*thread)->outbox().next_frame(event))
+            wait_for_wake(**thread);
+        if (frame == 0)
+            CHECK(event.frame.source == AFTERGLOW_MEASURED);
+    }
+    (*thread)->set_wanted(false);
+    wait_for_state(**thread, DaemonState::idle);
+    thread = Error{};
+    CHECK_FALSE(cameras.color_running);
+    CHECK_FALSE(cameras.lit);
+}
+
+TEST_CASE("however often the mode is changed, the last one counts", "[tsan]") {
+    FakeCameras cameras;
+    auto thread = EstimatorThread::create(cameras.rig(), Config{});
+    REQUIRE(thread);
+    for (int change = 0; change < 10'000; ++change)
+        (*thread)->set_mode(change % 2 == 0 ? GateMode::off : GateMode::always_on);
+    (*thread)->set_wanted(true);
+    FrameEvent event;
+    for (int frame = 0; frame < 10; ++frame) {
+        while (!(*thread)->outbox().next_frame(event))
+            wait_for_wake(**thread);
+        CHECK(event.frame.source == AFTERGLOW_MEASURED);
+    }
+}
+
+TEST_CASE("the estimator thread allocates nothing while frames flow") {
+    FakeCameras cameras;
+    Config config;
+    config.gate = {GateMode::interval, 3};
+    config.daemon.workers = 1;
+    std::atomic<std::uint64_t> reads = 0;
+    std::atomic<std::uint64_t> early = 0;
+    std::atomic<std::uint64_t> late = 0;
+    const auto read = cameras.read_color;
+    cameras.read_color = [&](ColorFrame &frame) {
+        const std::uint64_t count = ++reads; // on the estimator thread
+        if (count == 10)
+            early = allocation_count();
+        if (count == 200)
+            late = allocation_count();
+        return read(frame);
+    };
+    auto thread = EstimatorThread::create(cameras.rig(), config);
+    REQUIRE(thread);
+    (*thread)->set_wanted(true);
+    while (reads < 200)
+        wait_for_wake(**thread);
+    thread = Error{};
+    CHECK(early > 0);
+    CHECK(late == early);
+}
+
+TEST_CASE("an exception on the estimator thread ends it in the dark, with a note") {
+    FakeCameras cameras;
+    const auto read = cameras.read_color;
+    cameras.read_color = [&](ColorFrame &frame) -> Capture {
+        if (cameras.sequence == 3)
+            throw std::runtime_error("no more memory");
+        return read(frame);
+    };
+    Config config;
+    config.gate.mode = GateMode::always_on;
+    auto thread = EstimatorThread::create(cameras.rig(), config);
+    REQUIRE(thread);
+    (*thread)->set_wanted(true);
+    wait_for_state(**thread, DaemonState::stopped);
+    CHECK((*thread)->failed());
+    Note note;
+    REQUIRE((*thread)->outbox().next_note(note));
+    CHECK(note.sentence() == "no more memory");
+    CHECK_FALSE(cameras.lit);
+}
+
+TEST_CASE("a thread that hangs in a driver is not alive, one that rests is", "[tsan]") {
+    FakeCameras cameras;
+    std::atomic<bool> hang = true;
+    std::atomic<bool> hanging = false;
+    const auto read = cameras.read_color;
+    cameras.read_color = [&](ColorFrame &frame) {
+        while (hang) {
+            hanging = true;
+            std::this_thread::yield();
+        }
+        return read(frame);
+    };
+    auto thread = EstimatorThread::create(cameras.rig(), Config{});
+    REQUIRE(thread);
+    wait_for_state(**thread, DaemonState::idle);
+    for (int check = 0; check < 3; ++check)
+        while (!(*thread)->alive())
+            std::this_thread::yield(); // it answers, sooner or later
+
+    (*thread)->set_wanted(true);
+    while (!hanging)
+        std::this_thread::yield();
+    (*thread)->alive();
+    CHECK_FALSE((*thread)->alive());
+    hang = false;
+    while (!(*thread)->alive())
+        std::this_thread::yield();
+}

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/note_log.hpp"
+#include "tests/catch.hpp"
+
+#include <string>
+
+using namespace afterglow;
+using namespace std::chrono_literals;
+
+TEST_CASE("the same note over and over becomes a line every ten seconds") {
+    NoteLog log;
+    const Note note = Note::of(Priority::warning, "a frame is damaged");
+    NoteLog::Time now = NoteLog::Time(1h);
+    CHECK(log.line(note, now) == "a frame is damaged");
+    for (int i = 0; i < 30; ++i)
+        CHECK_FALSE(log.line(note, now + 1s));
+    CHECK(log.line(note, now + NoteLog::quiet) == "a frame is damaged (30 times more)");
+    CHECK_FALSE(log.line(note, now + NoteLog::quiet + 1s));
+    CHECK(log.line(Note::of(Priority::error, "the camera is gone"), now + 12s) ==
+          "the camera is gone");
+}
+
+TEST_CASE("a note that is too long is cut") {
+    const std::string sentence(1000, 'x');
+    const Note note = Note::of(Priority::error, sentence);
+    CHECK(note.sentence() == sentence.substr(0, note.text.size()));
+    CHECK(Note::of(Priority::error, "").sentence().empty());
+}
