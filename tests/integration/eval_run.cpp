@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/image_file.hpp"
+#include "drivers/replay/write_recording.hpp"
+#include "drivers/synthetic/truth.hpp"
+#include "tests/catch.hpp"
+#include "tests/program.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <set>
+#include <sstream>
+
+using namespace afterglow;
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr int frames = 24;
+
+/// Films the synthetic room without noise as a recording.
+std::string record(const TemporaryFolder &folder) {
+    SyntheticOptions options;
+    options.width = 320;
+    options.height = 240;
+    options.motion = 2;
+    SyntheticTruth truth(options);
+    const std::string path = folder.path() + "/room";
+    auto writer = RecordingWriter::create(path, truth.intrinsics());
+    REQUIRE(writer);
+    for (int k = 0; k < frames; ++k) {
+        const auto number = static_cast<std::uint64_t>(k);
+        REQUIRE(writer->add(k * std::int64_t{33'333'333}, truth.luma(number), truth.depth(number)));
+    }
+    return path;
+}
+
+std::vector<std::string> files(const std::string &folder) {
+    std::vector<std::string> paths;
+    for (const auto &entry : fs::directory_iterator(folder))
+        paths.push_back(entry.path());
+    std::sort(paths.begin(), paths.end());
+    return paths;
+}
+
+std::string content(const std::string &path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// The depth maps of a dump, without its frames.csv (which also holds scores).
+std::map<std::string, std::string> published(const std::string &dump) {
+    std::map<std::string, std::string> maps;
+    for (const std::string &path : files(dump))
+        if (fs::path(path).extension() == ".png")
+            maps[fs::path(path).filename()] = content(path);
+    return maps;
+}
+
+/// The numbers of the frames that a dump says were measured.
+std::set<std::size_t> measured(const std::string &dump) {
+    std::set<std::size_t> numbers;
+    std::istringstream csv(content(dump + "/frames.csv"));
+    for (std::string line; std::getline(csv, line);)
+        if (line.find(",measured,") != std::string::npos)
+            numbers.insert(std::stoul(line));
+    return numbers;
+}
+
+void overwrite(const std::string &path, const std::string &text) {
+    std::ofstream(path, std::ios::binary) << text;
+}
+
+/// Evaluates with every fifth frame measured, and returns the dump's folder.
+std::string evaluate(const TemporaryFolder &folder, const std::string &recording,
+                     const std::string &name, const std::vector<std::string> &more = {}) {
+    const std::string dump = folder.path() + "/" + name;
+    std::vector<std::string> command = {"afterglow-eval",
+                                        "run",
+                                        recording,
+                                        "--dump",
+                                        dump,
+                                        "--set",
+                                        "gate.mode=interval",
+                                        "--set",
+                                        "gate.interval_frames=5"};
+    command.insert(command.end(), more.begin(), more.end());
+    const Ended ended = run(command);
+    INFO(ended.errors);
+    REQUIRE(ended.code == 0);
+    return dump;
+}
+
+/// Makes every depth file unreadable that the dump says was not measured, and checks that what is
+/// published stays the same to the bit.
+void check_no_peeking(const TemporaryFolder &folder, const std::string &recording,
+                      const std::vector<std::string> &more) {
+    const std::string honest = evaluate(folder, recording, "honest", more);
+    const std::set<std::size_t> known = measured(honest);
+    REQUIRE_FALSE(known.empty());
+    const std::vector<std::string> depth = files(recording + "/depth");
+    REQUIRE(known.size() < depth.size());
+    for (std::size_t i = 0; i < depth.size(); ++i)
+        if (known.count(i) == 0)
+            overwrite(depth[i], "not a picture");
+    const std::string blind = evaluate(folder, recording, "blind", more);
+    CHECK(measured(blind) == known);
+    CHECK(published(blind) == published(honest));
+}
+
+} // namespace
+
+TEST_CASE("depth that was not measured is never looked at", "[eval]") {
+    const TemporaryFolder folder;
+    check_no_peeking(folder, record(folder), {});
+}
+
+TEST_CASE("nor is it in real recordings", "[eval]") {
+    const std::string data = AFTERGLOW_SOURCE_DIR "/../shared/data/tum_fr1_desk_9";
+    if (!fs::exists(data)) {
+        WARN("skipped: there are no recordings in ../shared/data");
+        return;
+    }
+    const TemporaryFolder folder;
+    const std::string recording = folder.path() + "/desk";
+    fs::copy(data, recording, fs::copy_options::recursive);
+    for (const auto &entry : fs::recursive_directory_iterator(recording))
+        fs::permissions(entry.path(), fs::perms::owner_all, fs::perm_options::add);
+    check_no_peeking(folder, recording, {});
+}
+
+TEST_CASE("the result does not depend on the number of workers, or on the day", "[eval]") {
+    const TemporaryFolder folder;
+    const std::string recording = record(folder);
+    const auto maps = published(evaluate(folder, recording, "1", {"--workers", "1"}));
+    CHECK(maps.size() == frames);
+    CHECK(published(evaluate(folder, recording, "2", {"--workers", "1"})) == maps);
+    CHECK(published(evaluate(folder, recording, "3", {"--workers", "4"})) == maps);
+}
+
+TEST_CASE("measured frames are published as they were recorded", "[eval]") {
+    const TemporaryFolder folder;
+    const std::string recording = record(folder);
+    const std::string dump = evaluate(folder, recording, "dump");
+    CHECK(measured(dump) == std::set<std::size_t>{0, 5, 10, 15, 20});
+    for (const std::size_t number : measured(dump)) {
+        const auto given = read_grey16(files(recording + "/depth")[number]);
+        const auto published_map = read_grey16(files(dump)[number]);
+        REQUIRE(given);
+        REQUIRE(published_map);
+        CHECK(*given == *published_map);
+    }
+}
+
+TEST_CASE("a slow TOF camera measures later", "[eval]") {
+    const TemporaryFolder folder;
+    const std::string dump = evaluate(folder, record(folder), "dump", {"--wake-latency", "2"});
+    CHECK(measured(dump) == std::set<std::size_t>{2, 9, 16, 23});
+}
+
+TEST_CASE("the JSON has the keys that scripts rely on", "[eval]") {
+    const TemporaryFolder folder;
+    const Ended ended = run({"afterglow-eval", "run", record(folder), "--json", "--frames", "6"});
+    REQUIRE(ended.code == 0);
+    for (const char *key : {"dataset", "preset", "frames", "measured", "duty_cycle", "mre_median",
+                            "mre_mean", "mre_p95", "mae_cm_median", "rmse_cm_median",
+                            "coverage_median", "coverage_p5", "ms_per_frame_median"})
+        CHECK(ended.output.find(fmt::format("\"{}\": ", key)) != std::string::npos);
+    CHECK(ended.output.find("\"frames\": 6,") != std::string::npos);
+    CHECK(std::count(ended.output.begin(), ended.output.end(), '\n') == 1);
+}
+
+TEST_CASE("frames that cannot be used are counted, and said", "[eval]") {
+    const TemporaryFolder folder;
+    const std::string recording = record(folder);
+    const auto images = files(recording + "/rgb");
+    SECTION("a truncated image") {
+        overwrite(images[7], content(images[7]).substr(0, 500));
+    }
+    SECTION("a missing image") {
+        fs::remove(images[7]);
+    }
+    SECTION("an image of another size") {
+        REQUIRE(write_png(images[7], Luma(32, 24)));
+    }
+    const Ended ended = run({"afterglow-eval", "run", recording, "--json"});
+    CHECK(ended.code == 0);
+    CHECK(ended.errors.find(images[7]) != std::string::npos);
+    CHECK(ended.output.find("\"frames\": 23,") != std::string::npos);
+    CHECK(ended.output.find("\"damaged\": 1,") != std::string::npos);
+}
+
+TEST_CASE("a depth map that cannot be used leaves the light on for the next", "[eval]") {
+    const TemporaryFolder folder;
+    const std::string recording = record(folder);
+    const auto depth = files(recording + "/depth");
+    SECTION("truncated") {
+        overwrite(depth[0], content(depth[0]).substr(0, 300));
+    }
+    SECTION("zeros") {
+        REQUIRE(write_png(depth[0], DepthMap(320, 240, 0)));
+    }
+    SECTION("8 bits deep") {
+        REQUIRE(write_png(depth[0], Luma(320, 240, 9)));
+    }
+    CHECK(*measured(evaluate(folder, recording, "dump")).begin() == 1);
+}
+
+TEST_CASE("what cannot be evaluated is said in one line", "[eval]") {
+    const TemporaryFolder folder;
+    const std::string recording = record(folder);
+    const auto fails = [](std::vector<std::string> arguments, int code, const std::string &word) {
+        arguments.insert(arguments.begin(), {"afterglow-eval", "run"});
+        const Ended ended = run(arguments);
+        INFO(ended.errors);
+        CHECK(ended.code == code);
+        CHECK(ended.output.empty());
+        CHECK(ended.errors.find(word) != std::string::npos);
+    };
+    fs::create_directory(folder.path() + "/empty");
+    fails({folder.path() + "/empty"}, 1, "camera.txt");
+    fails({folder.path() + "/nowhere"}, 1, "nowhere");
+    fails({recording, "--preset", "magic"}, 2, "paper");
+    fails({recording, "--set", "ransac.drows=3"}, 2, "ransac.draws");
+    fails({recording, "--set", "ransac.draws=many"}, 2, "integer");
+    fails({recording, "--set", "ransac.draws"}, 2, "key=value");
+    fails({recording, "--frames", "-1"}, 2, "frames");
+    fails({recording, "--dump", "/proc/nowhere"}, 1, "/proc/nowhere");
+}
+
+TEST_CASE("the main job ends with a summary and a picture", "[eval]") {
+    const TemporaryFolder folder;
+    const std::string picture = folder.path() + "/a/picture.png";
+    const Ended ended = run({"afterglow-eval", "live", "--replay", record(folder), "--picture",
+                             picture, "--set", "gate.mode=interval"});
+    INFO(ended.errors);
+    CHECK(ended.code == 0);
+    for (const char *word : {"frames", "duty cycle", "median MRE", "coverage", "p50", "p99"})
+        CHECK(ended.output.find(word) != std::string::npos);
+    CHECK(ended.output.substr(ended.output.size() - picture.size() - 1) == picture + "\n");
+    CHECK(read_luma(picture));
+}

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/ctl/commands.hpp"
+#include "tools/ctl/daemon_proxy.hpp"
+
+#include <fmt/format.h>
+
+#include <cctype>
+#include <string_view>
+
+namespace afterglow {
+namespace {
+
+std::string text(const Properties &properties, const char *name) {
+    const auto property = properties.find(name);
+    const auto *value =
+        property == properties.end() ? nullptr : std::get_if<std::string>(&property->second);
+    return value ? *value : "unknown";
+}
+
+/// 0 where an older daemon has no such number.
+double number(const Properties &properties, const char *name) {
+    const auto property = properties.find(name);
+    if (property == properties.end())
+        return 0;
+    if (const auto *count = std::get_if<std::uint64_t>(&property->second))
+        return static_cast<double>(*count);
+    const auto *real = std::get_if<double>(&property->second);
+    return real ? *real : 0;
+}
+
+std::string_view meaning(std::string_view state) {
+    if (state == "starting")
+        return "starting the cameras";
+    if (state == "running")
+        return "running";
+    if (state == "idle")
+        return "idle: nobody reads, cameras and light are off";
+    if (state == "color-lost")
+        return "the colour camera is lost; no frames until it is back";
+    if (state == "tof-lost")
+        return "the TOF camera is lost; frames go on without new measurements";
+    if (state == "stopped")
+        return "the recording is over";
+    return state;
+}
+
+/// FramesPublished -> frames_published
+std::string json_key(std::string_view property) {
+    std::string key;
+    for (const char letter : property) {
+        if (std::isupper(static_cast<unsigned char>(letter)) && !key.empty())
+            key += '_';
+        key += static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
+    }
+    return key;
+}
+
+/// Strings from the daemon are names and versions; what JSON would have to escape is left out.
+std::string json_string(std::string_view value) {
+    std::string quoted = "\"";
+    for (const char letter : value)
+        if (letter != '"' && letter != '\\' && static_cast<unsigned char>(letter) >= 0x20)
+            quoted += letter;
+    return quoted + '"';
+}
+
+std::string to_text(const Property &property) {
+    if (const auto *value = std::get_if<std::string>(&property))
+        return *value;
+    if (const auto *count = std::get_if<std::uint64_t>(&property))
+        return fmt::format("{}", *count);
+    return fmt::format("{:.6g}", *std::get_if<double>(&property));
+}
+
+} // namespace
+
+Status show_status(const std::string &bus) {
+    const Result<Properties> read = daemon_properties(bus);
+    if (!read)
+        return read.error();
+    const Properties &p = *read;
+    fmt::print("afterglowd {}: {}\n", text(p, "Version"), meaning(text(p, "State")));
+    fmt::print("  mode      {}\n", text(p, "Mode"));
+    fmt::print("  readers   {:.0f}\n", number(p, "OpenStreams"));
+    const double frames = number(p, "FramesPublished");
+    fmt::print("  frames    {:.0f}", frames);
+    if (frames > 0)
+        fmt::print(": {:.0f} measured, {:.0f} estimated, {:.0f} without depth",
+                   number(p, "FramesMeasured"), number(p, "FramesEstimated"),
+                   number(p, "FramesWithoutDepth"));
+    fmt::print("\n  dropped   {:.0f} damaged, {:.0f} missed\n", number(p, "FramesDamaged"),
+               number(p, "FramesMissed"));
+    if (frames == 0)
+        return ok();
+    fmt::print("  light     on for {:.1f} % of the frames\n", number(p, "DutyCycle"));
+    fmt::print("  coverage  {:.1f} % of the last frame\n", number(p, "Coverage"));
+    if (const double error = number(p, "ExpectedError"); error >= 0)
+        fmt::print("  error     {:.2f} % expected in the last frame\n", error);
+    fmt::print("  latency   {:.1f} ms from image to depth, 99 % within {:.1f} ms\n",
+               number(p, "LatencyP50") * 1e-6, number(p, "LatencyP99") * 1e-6);
+    return ok();
+}
+
+Status show_statistics(const std::string &bus, bool json) {
+    const Result<Properties> properties = daemon_properties(bus);
+    if (!properties)
+        return properties.error();
+    std::string separator = "{";
+    for (const auto &[name, value] : *properties) {
+        if (json) {
+            const auto *words = std::get_if<std::string>(&value);
+            fmt::print("{}\"{}\": {}", separator, json_key(name),
+                       words ? json_string(*words) : to_text(value));
+            separator = ", ";
+        } else {
+            fmt::print("{:<20} {}\n", name, to_text(value));
+        }
+    }
+    if (json)
+        fmt::print("{}\n", properties->empty() ? "{}" : "}");
+    return ok();
+}
+
+Status change_mode(const std::string &bus, const std::string &name) {
+    if (!name.empty())
+        return set_daemon_mode(bus, name);
+    const Result<Properties> properties = daemon_properties(bus);
+    if (!properties)
+        return properties.error();
+    fmt::print("{}\n", text(*properties, "Mode"));
+    return ok();
+}
+
+} // namespace afterglow

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/ctl/stream.hpp"
+
+#include "tools/ctl/daemon_proxy.hpp"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <chrono>
+
+namespace afterglow {
+namespace {
+
+constexpr int patience_ms = 10'000;
+
+} // namespace
+
+Result<Stream> Stream::open(const std::string &bus) {
+    const std::int64_t now_ns = std::chrono::steady_clock::now().time_since_epoch().count();
+    afterglow_stream *stream = nullptr;
+    if (const int error = afterglow_open(bus.c_str(), &stream); error < 0)
+        return Error{
+            fmt::format("no stream from {}: {}", describe_bus(bus), afterglow_strerror(error)),
+            -error};
+    return Stream(stream, now_ns);
+}
+
+afterglow_stream_info Stream::info() const {
+    afterglow_stream_info info = {};
+    afterglow_info(stream_.get(), &info);
+    return info;
+}
+
+Result<afterglow_frame> Stream::next(std::span<const afterglow_buffer> buffers) {
+    while (true) {
+        afterglow_frame frame = {};
+        int error = afterglow_wait(stream_.get(), patience_ms);
+        if (error == 0)
+            error = afterglow_read_latest(stream_.get(), &frame, buffers.data(), buffers.size());
+        if (error == 0 && frame.published_ns >= opened_ns_)
+            return frame;
+        if (error == -ETIMEDOUT)
+            return Error{"no frame came for 10 seconds; see `afterglowctl status`", ETIMEDOUT};
+        if (error < 0 && error != -EAGAIN)
+            return Error{afterglow_strerror(error), -error};
+    }
+}
+
+} // namespace afterglow

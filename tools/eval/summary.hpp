@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "tools/eval/evaluation.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace afterglow {
+
+/// The value below which `percent` of the values lie, interpolated; nothing of no values.
+std::optional<double> percentile(std::vector<double> values, double percent);
+
+/// What an evaluation comes to. Errors and coverage are over the estimated frames; nothing where
+/// there is none.
+struct Summary {
+    std::string dataset;
+    std::string preset;
+    int frames = 0;
+    int measured = 0;
+    int damaged = 0;
+    int unscored = 0;
+    double duty_cycle = 0;                                     ///< percent of the frames
+    std::optional<double> mre_median{}, mre_mean{}, mre_p95{}; ///< percent
+    std::optional<double> mae_cm_median{}, rmse_cm_median{};
+    std::optional<double> coverage_median{}, coverage_p5{}; ///< percent
+    std::optional<double> expected_correlation{}; ///< of expected and true error, Pearson's
+    std::optional<double> ms_per_frame_median{};
+};
+
+Summary summarize(const Evaluation &evaluation, const std::string &dataset,
+                  const std::string &preset);
+
+/// One JSON object; its keys are stable.
+std::string to_json(const Summary &summary);
+/// A small table for a person.
+std::string to_text(const Summary &summary);
+
+} // namespace afterglow
