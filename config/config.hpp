@@ -32,7 +32,7 @@ struct Config {
     ReplayOptions replay;
     SyntheticOptions synthetic;
 
-    std::string preset = "paper";
+    std::string preset = "default";
     EstimatorOptions estimator; ///< the preset, with the file's overrides
     GatePolicy gate;
 };

@@ -53,7 +53,8 @@ bool set_integer(Integer &field, const Allowed &allowed, const Value &value) {
     return true;
 }
 
-bool set_number(double &field, const Allowed &allowed, const Value &value) {
+template <class Number>
+bool set_number(Number &field, const Allowed &allowed, const Value &value) {
     double number = NAN;
     if (const auto *integer = std::get_if<std::int64_t>(&value))
         number = static_cast<double>(*integer);
@@ -61,7 +62,7 @@ bool set_number(double &field, const Allowed &allowed, const Value &value) {
         number = *real;
     if (!(number >= allowed.minimum && number <= allowed.maximum))
         return false;
-    field = number;
+    field = static_cast<Number>(number);
     return true;
 }
 
@@ -101,7 +102,7 @@ std::string describe(const Field &field, const Allowed &allowed) {
         return fmt::format("one of {}", fmt::join(allowed.choices, ", "));
     if (std::holds_alternative<std::string *>(field))
         return "text";
-    if (std::holds_alternative<double *>(field))
+    if (std::holds_alternative<double *>(field) || std::holds_alternative<float *>(field))
         return fmt::format("a number from {} to {}{}", allowed.minimum, allowed.maximum, unit);
     if (allowed.step != 1)
         return fmt::format("one of {:.0f}, {:.0f}, ... {:.0f}{}", allowed.minimum,
@@ -123,6 +124,8 @@ Status assign(const Field &field, const Allowed &allowed, const Value &value) {
         done = set_integer(**large, allowed, value);
     } else if (auto *const *number = std::get_if<double *>(&field)) {
         done = set_number(**number, allowed, value);
+    } else if (auto *const *coarse = std::get_if<float *>(&field)) {
+        done = set_number(**coarse, allowed, value);
     } else if (const auto *name = std::get_if<EnumField>(&field)) {
         if (const auto choice = find_choice(allowed, value)) {
             *name->place = static_cast<unsigned char>(*choice);

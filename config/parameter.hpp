@@ -21,7 +21,8 @@ struct EnumField {
 };
 
 /// The variable behind a parameter. Its type decides what may be written.
-using Field = std::variant<bool *, int *, std::uint64_t *, double *, std::string *, EnumField>;
+using Field =
+    std::variant<bool *, int *, std::uint64_t *, float *, double *, std::string *, EnumField>;
 
 template <class Enum>
 Field enum_field(Enum &value) {

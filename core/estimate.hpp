@@ -25,16 +25,22 @@ struct Estimate {
     Pose pose{};
     /// Predicted mean relative error, percent. Negative: this preset does not predict it.
     float expected_mre = -1;
+    /// The same of a fresh measurement, as far as the last one tells; holds where expected_mre
+    /// does.
+    float fresh_mre = 0;
     /// Percent of the pixels that have depth.
     float coverage = 0;
+    /// Percent of the pixels that a fresh measurement would cover, as far as the last one tells.
+    float relative_coverage = 100;
     /// Matches that agree with the pose, of `matches` tried; 0 where no pose was estimated.
     int inliers = 0;
     int matches = 0;
-    /// The estimator asks for a new measurement: this map is missing, or no longer good enough.
+    /// There is no telling what the scene's depth is: only a measurement helps.
     bool wants_measurement = false;
     /// Millimetres; valid until the estimator's next call.
     DepthView depth{};
-    /// 0 (no depth, or worthless) to 255 (as good as measured); same size as `depth`.
+    /// 0: no depth; 1 to 254: estimated, the higher the better; 255: measured in this frame. Same
+    /// size as `depth`.
     ImageView<const std::uint8_t> confidence{};
 };
 

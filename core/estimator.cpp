@@ -1,31 +1,50 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/estimator.hpp"
 
+#include "core/keyframe_pipeline.hpp"
 #include "core/paper_pipeline.hpp"
+
+#include <variant>
 
 namespace afterglow {
 
 std::optional<EstimatorOptions> estimator_preset(std::string_view name) {
-    if (name == "paper")
-        return EstimatorOptions{};
+    EstimatorOptions options;
+    if (name == "default")
+        return options;
+    if (name == "paper") {
+        options.method = Method::paper;
+        return options;
+    }
     return std::nullopt;
 }
 
 struct Estimator::State {
-    PaperPipeline pipeline;
+    State(const EstimatorOptions &options, const Intrinsics &camera, WorkerPool &pool) {
+        if (options.method == Method::paper)
+            pipeline.emplace<PaperPipeline>(options, camera, pool);
+        else
+            pipeline.emplace<KeyframePipeline>(options.keyframe, camera, pool);
+    }
+
+    std::variant<std::monostate, PaperPipeline, KeyframePipeline> pipeline;
 };
 
 Estimator::Estimator(const EstimatorOptions &options, const Intrinsics &camera, WorkerPool &pool)
-    : state_(new State{{options, camera, pool}}) {}
+    : state_(std::make_unique<State>(options, camera, pool)) {}
 Estimator::~Estimator() = default;
 Estimator::Estimator(Estimator &&) noexcept = default;
 
 const Estimate &Estimator::track(LumaView luma, std::int64_t t_ns) {
-    return state_->pipeline.track(luma, t_ns);
+    if (auto *paper = std::get_if<PaperPipeline>(&state_->pipeline))
+        return paper->track(luma, t_ns);
+    return std::get_if<KeyframePipeline>(&state_->pipeline)->track(luma, t_ns);
 }
 
 const Estimate &Estimator::measure(DepthView depth) {
-    return state_->pipeline.measure(depth);
+    if (auto *paper = std::get_if<PaperPipeline>(&state_->pipeline))
+        return paper->measure(depth);
+    return std::get_if<KeyframePipeline>(&state_->pipeline)->measure(depth);
 }
 
 } // namespace afterglow

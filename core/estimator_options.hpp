@@ -1,14 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "core/keyframe_options.hpp"
+
 #include <cstdint>
 #include <optional>
 #include <string_view>
 
 namespace afterglow {
 
-/// What the estimator is made of, and its constants. The defaults are the seed paper's.
+/// Which of the two pipelines makes depth.
+enum class Method : std::uint8_t {
+    paper = 0, ///< the seed paper's: sparse flow from the previous image (core/paper_pipeline.hpp)
+    keyframe = 1, ///< ours: alignment with measured keyframes (core/keyframe_pipeline.hpp)
+};
+
+/// What the estimator is made of, and its constants. The defaults of `flow` and `ransac` are the
+/// seed paper's.
 struct EstimatorOptions {
+    Method method = Method::keyframe;
+    // Of Method::paper.
     struct Flow {
         int grid = 12;  ///< points along each side of the uniform grid
         int block = 15; ///< side of the compared block, pixels, odd
@@ -22,9 +33,10 @@ struct EstimatorOptions {
         double min_inliers = 10;       ///< percent of the grid's points that a pose must explain
         std::uint64_t seed = 1;        ///< of the draws
     } ransac;
+    KeyframeOptions keyframe; ///< of Method::keyframe
 };
 
-/// The named compositions: "paper". Nothing for any other name.
+/// The named compositions: "default" and "paper". Nothing for any other name.
 std::optional<EstimatorOptions> estimator_preset(std::string_view name);
 
 } // namespace afterglow

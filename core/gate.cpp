@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/gate.hpp"
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -31,30 +32,61 @@ std::optional<GateMode> gate_mode_from_string(std::string_view name) {
 }
 
 bool Gate::wants_light(const Estimate &estimate) {
-    if (frames_since_measurement_ >= 0)
-        ++frames_since_measurement_;
-    const bool never_measured = frames_since_measurement_ < 0;
-    switch (policy_.mode) {
-    case GateMode::automatic:
-        waiting_ = waiting_ || never_measured || estimate.wants_measurement;
-        break;
-    case GateMode::always_on:
-        waiting_ = true;
-        break;
-    case GateMode::interval:
-        waiting_ =
-            waiting_ || never_measured || frames_since_measurement_ >= policy_.interval_frames;
-        break;
-    case GateMode::off:
-        waiting_ = false;
-        break;
+    if (since_measurement_ >= 0)
+        ++since_measurement_;
+    if (since_measurement_ == 1) {
+        first_mre_ = estimate.expected_mre;
+        first_coverage_ = estimate.relative_coverage;
     }
-    return waiting_;
+    tokens_ = std::min(tokens_ + policy_.duty_cycle_budget / 100, policy_.budget_burst);
+    const bool lit = policy_.mode != GateMode::off && (waited_ >= 0 || decide(estimate));
+    waited_ = lit ? waited_ + 1 : -1;
+    if (lit)
+        tokens_ = std::max(tokens_ - 1, 0.0);
+    exhausted_ = exhausted_ ? tokens_ < policy_.budget_burst / 2 : tokens_ < 1;
+    return lit;
 }
 
 void Gate::measured() {
-    frames_since_measurement_ = 0;
-    waiting_ = false;
+    latency_ = std::max(waited_, 0);
+    since_measurement_ = 0;
+    waited_ = -1;
+}
+
+bool Gate::decide(const Estimate &estimate) const {
+    const int arrival = since_measurement_ + latency_;
+    switch (policy_.mode) {
+    case GateMode::automatic:
+        if (since_measurement_ < 0)
+            return true;
+        if (exhausted_ || arrival < policy_.shortest_interval_frames)
+            return false;
+        return estimate.wants_measurement || misses_target(estimate) ||
+               arrival >= policy_.longest_interval_frames;
+    case GateMode::always_on:
+        return true;
+    case GateMode::interval:
+        return since_measurement_ < 0 || arrival >= policy_.interval_frames;
+    case GateMode::off:
+        break;
+    }
+    return false;
+}
+
+/// Whether the map will be too wrong or too small by the time a measurement could arrive: error and
+/// coverage are expected to go on as they went since the last measurement.
+bool Gate::misses_target(const Estimate &estimate) const {
+    if (estimate.expected_mre < 0)
+        return false;
+    const double ahead = since_measurement_ > 1
+                             ? static_cast<double>(latency_) / (since_measurement_ - 1)
+                             : 0.0; // in units of the time since the first estimate
+    const double mre =
+        estimate.expected_mre + ahead * std::max(estimate.expected_mre - first_mre_, 0.0);
+    const double coverage = estimate.relative_coverage -
+                            ahead * std::max(first_coverage_ - estimate.relative_coverage, 0.0);
+    const bool helps = estimate.fresh_mre < policy_.worthwhile / 100 * mre;
+    return (mre > policy_.target_mre && helps) || coverage < policy_.coverage_floor;
 }
 
 } // namespace afterglow

@@ -3,6 +3,7 @@
 
 #include "core/estimate.hpp"
 
+#include <cstdint>
 #include <optional>
 #include <string_view>
 
@@ -10,7 +11,7 @@ namespace afterglow {
 
 /// Who decides when the TOF camera is lit.
 enum class GateMode : std::uint8_t {
-    automatic = 0, ///< the estimator, when its map would not be good enough
+    automatic = 0, ///< the expected error and coverage of the estimates
     always_on = 1, ///< every frame is measured
     interval = 2,  ///< every `interval_frames`th frame is measured (Noraky 2017)
     off = 3,       ///< the illuminator stays dark, whatever that costs
@@ -23,12 +24,28 @@ std::optional<GateMode> gate_mode_from_string(std::string_view name);
 struct GatePolicy {
     GateMode mode = GateMode::automatic;
     int interval_frames = 10; ///< for GateMode::interval; 1 measures every frame
+
+    // For GateMode::automatic.
+    double target_mre = 1.2;    ///< percent: the mean relative error aimed at
+    double worthwhile = 75;     ///< percent: a measurement must promise to lower it to this share
+    double coverage_floor = 70; ///< percent of what a measurement would cover
+    int shortest_interval_frames = 1;  ///< between two measurements, at least
+    int longest_interval_frames = 300; ///< and at most
+    /// Percent of the frames that may be lit in the long run; 100 = no budget. `budget_burst`
+    /// frames may be saved up; once they are spent, light waits until half of them are back.
+    double duty_cycle_budget = 100;
+    double budget_burst = 6;
 };
 
-/// Decides for each image whether the illuminator should be lit. Real-time safe.
+/// Decides for each image whether the illuminator should be lit.
+///
+/// A preset that predicts its error is lit when the error or the coverage expected *at the time a
+/// measurement could arrive* misses the policy, if a measurement would help; one that does not (the
+/// paper's) when it asks for a measurement. How long measurements take to arrive is learnt from
+/// those that came. Real-time safe.
 class Gate {
 public:
-    explicit Gate(const GatePolicy &policy) : policy_(policy) {}
+    explicit Gate(const GatePolicy &policy) : policy_(policy), tokens_(policy.budget_burst) {}
 
     void set_mode(GateMode mode) { policy_.mode = mode; }
     GateMode mode() const { return policy_.mode; }
@@ -40,11 +57,21 @@ public:
     void measured();
     /// After measured(): whether the light should stay on until the next image is asked about.
     bool keeps_light() const { return policy_.mode == GateMode::always_on; }
+    /// Images from light on to the first measurement, when last seen.
+    int wake_latency_frames() const { return latency_; }
 
 private:
+    bool decide(const Estimate &estimate) const;
+    bool misses_target(const Estimate &estimate) const;
+
     GatePolicy policy_;
-    int frames_since_measurement_ = -1; ///< -1: never measured
-    bool waiting_ = false;
+    int since_measurement_ = -1; ///< images; -1: never measured
+    int waited_ = -1;            ///< images since the light was asked for; -1: it was not
+    int latency_ = 0;
+    double tokens_; ///< lit frames that the budget allows now
+    bool exhausted_ = false;
+    double first_mre_ = 0;      ///< expected of the first estimate since the measurement
+    double first_coverage_ = 0; ///< relative, of the same
 };
 
 } // namespace afterglow

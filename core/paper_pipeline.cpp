@@ -52,7 +52,7 @@ const Estimate &PaperPipeline::track(LumaView luma, std::int64_t t_ns) {
     const auto motion = following ? find_motion(matches_) : std::nullopt;
     if (!motion) // and none until the next measurement: poses are composed without gaps
         return frame_.give_nothing();
-    e.pose = motion->pose * e.pose;
+    e.pose = (motion->pose * e.pose).normalized();
     e.inliers = motion->inliers;
     reproject(measured_, e.pose, frame_.depth());
     return frame_.give_estimated(static_cast<std::uint8_t>(255 * motion->inliers / e.matches));

@@ -32,7 +32,10 @@ struct Pose {
     Eigen::Vector3d operator*(const Eigen::Vector3d &X) const { return R * X + T; }
     /// `*this` after `first` (seed paper Eq. 8).
     Pose operator*(const Pose &first) const { return {R * first.R, T + R * first.T}; }
+    /// The inverse of a rotation is its transpose: exact only while R is orthonormal, which long
+    /// products of poses lose (normalized() restores it).
     Pose inverse() const { return {R.transpose(), -(R.transpose() * T)}; }
+    Pose normalized() const { return {Eigen::Quaterniond(R).normalized().toRotationMatrix(), T}; }
     /// Rotation angle in radians.
     double angle() const { return Eigen::AngleAxisd(R).angle(); }
     bool is_finite() const { return R.allFinite() && T.allFinite(); }

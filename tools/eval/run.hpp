@@ -15,7 +15,7 @@ namespace afterglow {
 
 /// How depth is to be made, as told on a command line.
 struct TuningArguments {
-    std::string preset = "paper";
+    std::string preset = "default";
     std::vector<std::string> assignments; ///< key=value
 
     void add_to(CLI::App &command);

@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/depth_composer.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+namespace afterglow {
+namespace {
+
+constexpr int z_bins = 128;
+constexpr float z_bin_m = 0.1f;
+constexpr int most_candidates = 16;
+/// Keyframes of which less than this is in view are not worth a warp.
+constexpr float least_visible_share = 0.1f;
+
+struct Candidate {
+    int keyframe;
+    float visible_share;
+};
+
+} // namespace
+
+DepthComposer::DepthComposer(const Intrinsics &camera, const KeyframeOptions &options,
+                             WorkerPool &pool)
+    : camera_(camera), options_(options), pool_(pool), warp_(camera, options.warp),
+      depth_(camera.width, camera.height), confidence_(camera.width, camera.height) {}
+
+void DepthComposer::clear() {
+    std::ranges::fill(depth_.pixels(), std::uint16_t{0});
+    std::ranges::fill(confidence_.pixels(), std::uint8_t{0});
+    covered_ = 0;
+}
+
+void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const Pose &now,
+                            const Alignment &alignment, int enough) {
+    clear();
+    std::array<Candidate, most_candidates> candidates{};
+    int count = 0;
+    for (int i = 0; i < keyframes.size() && count < most_candidates; ++i) {
+        const Pose pose = now * keyframes[i].from_world.inverse();
+        const float share =
+            i == reference ? 2.0f : visible_share(keyframes[i].surface, pose, camera_);
+        if (share > least_visible_share)
+            candidates[static_cast<std::size_t>(count++)] = {i, share};
+    }
+    std::sort(
+        candidates.begin(), candidates.begin() + count,
+        [](const Candidate &a, const Candidate &b) { return a.visible_share > b.visible_share; });
+    for (int i = 0; i < std::min(count, options_.compose.maps_per_frame); ++i) {
+        const bool first = i == 0;
+        if (!first && covered_ >= enough)
+            break;
+        const Keyframe &k = keyframes[candidates[static_cast<std::size_t>(i)].keyframe];
+        const Pose pose = now * k.from_world.inverse();
+        warp_.run(k.surface, pose, pool_, first ? alignment.skew : Eigen::Vector3f::Zero());
+        if (!first && disagreement() > options_.compose.most_disagreement / 100)
+            continue;
+        merge(map_error(k.surface, camera_, pose, alignment.covariance, options_.error), k.surface);
+    }
+}
+
+/// Mean relative difference between the map so far and the one just warped, inside surfaces; 0
+/// where they hardly overlap.
+float DepthComposer::disagreement() const {
+    constexpr int step = 3;
+    constexpr int least_compared = 500;
+    constexpr float most_counted = 0.3f;
+    double apart = 0;
+    int compared = 0;
+    for (int v = 0; v < camera_.height; v += step) {
+        const WarpedPixel *in = warp_.result().row(v);
+        const std::uint16_t *depth = depth_.row(v);
+        for (int u = 0; u < camera_.width; u += step) {
+            if (depth[u] == 0 || in[u] == 0 ||
+                (in[u] & warped_edge_mask) < DepthSurface::far_from_edge)
+                continue;
+            const float z = static_cast<float>(depth[u]);
+            apart += std::min(std::abs(warped_z(in[u]) * 1000.0f - z) / z, most_counted);
+            ++compared;
+        }
+    }
+    return compared > least_compared ? static_cast<float>(apart / compared) : 0.0f;
+}
+
+/// Writes what was warped into the pixels that are still empty.
+void DepthComposer::merge(const MapError &error, const DepthSurface &surface) {
+    std::array<std::array<std::uint8_t, z_bins>, DepthSurface::far_from_edge + 1> table;
+    for (int d = 0; d <= DepthSurface::far_from_edge; ++d)
+        for (int b = 0; b < z_bins; ++b)
+            table[static_cast<std::size_t>(d)][static_cast<std::size_t>(b)] = estimated_confidence(
+                pixel_error(error, surface.options().noise, options_.error.shared_noise,
+                            (static_cast<float>(b) + 0.5f) * z_bin_m, d));
+    for (int v = 0; v < camera_.height; ++v) {
+        const WarpedPixel *in = warp_.result().row(v);
+        std::uint16_t *depth = depth_.row(v);
+        std::uint8_t *confidence = confidence_.row(v);
+        for (int u = 0; u < camera_.width; ++u) {
+            const WarpedPixel p = in[u];
+            if (depth[u] != 0 || p == 0)
+                continue;
+            const float z = warped_z(p);
+            const int bin = std::min(static_cast<int>(z * (1.0f / z_bin_m)), z_bins - 1);
+            depth[u] = static_cast<std::uint16_t>(z * 1000.0f + 0.5f);
+            confidence[u] = table[p & warped_edge_mask][static_cast<std::size_t>(bin)];
+            ++covered_;
+        }
+    }
+}
+
+void DepthComposer::overlay(DepthView measured) {
+    for (int v = 0; v < camera_.height; ++v) {
+        const std::uint16_t *in = measured.row(v);
+        std::uint16_t *depth = depth_.row(v);
+        std::uint8_t *confidence = confidence_.row(v);
+        for (int u = 0; u < camera_.width; ++u) {
+            if (in[u] == 0)
+                continue;
+            covered_ += depth[u] == 0;
+            depth[u] = in[u];
+            confidence[u] = measured_confidence;
+        }
+    }
+}
+
+float DepthComposer::expected_mre() const {
+    std::array<int, 256> histogram{};
+    for (const std::uint8_t c : confidence_.pixels())
+        ++histogram[c];
+    double sum = 0;
+    int count = 0;
+    for (int c = 1; c < 256; ++c) {
+        const int pixels = histogram[static_cast<std::size_t>(c)];
+        sum += static_cast<double>(pixels) * expected_error(static_cast<std::uint8_t>(c));
+        count += pixels;
+    }
+    return count > 0 ? static_cast<float>(100 * sum / count) : 100.0f;
+}
+
+} // namespace afterglow

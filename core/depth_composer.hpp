@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/direct_alignment.hpp"
+#include "core/expected_error.hpp"
+#include "core/image.hpp"
+#include "core/keyframe.hpp"
+#include "core/keyframe_options.hpp"
+#include "core/warp.hpp"
+#include "core/worker_pool.hpp"
+
+namespace afterglow {
+
+/// Draws one depth map from several keyframes: the reference map first, then those that see most
+/// of the view, each into the pixels that are still empty. An earlier map that contradicts what is
+/// there already is not used at all. Every pixel gets the confidence that its expected error
+/// deserves.
+///
+/// Allocates when made; the calls are real-time safe.
+class DepthComposer {
+public:
+    DepthComposer(const Intrinsics &camera, const KeyframeOptions &options, WorkerPool &pool);
+
+    /// `now`: world to camera. `alignment`: of the image with keyframe `reference`. Stops when
+    /// `enough` pixels are covered.
+    void compose(const KeyframeSet &keyframes, int reference, const Pose &now,
+                 const Alignment &alignment, int enough);
+    /// Empties the map.
+    void clear();
+    /// Lays a measured map over the composed one; pixels it lacks stay as they were composed.
+    void overlay(DepthView measured);
+
+    DepthMap &depth() { return depth_; }
+    Image<std::uint8_t> &confidence() { return confidence_; }
+    /// Pixels that have depth.
+    int covered() const { return covered_; }
+    /// Mean of what the confidences promise over the pixels that have depth, percent; 100 without.
+    float expected_mre() const;
+
+private:
+    void merge(const MapError &error, const DepthSurface &surface);
+    float disagreement() const;
+
+    Intrinsics camera_;
+    KeyframeOptions options_;
+    WorkerPool &pool_;
+    Warp warp_;
+    DepthMap depth_;
+    Image<std::uint8_t> confidence_;
+    int covered_ = 0;
+};
+
+} // namespace afterglow
