@@ -3,6 +3,7 @@
 
 #include "core/estimator_options.hpp"
 #include "core/gate.hpp"
+#include "core/power_model.hpp"
 #include "core/result.hpp"
 #include "drivers/replay/replay.hpp"
 #include "drivers/synthetic/synthetic.hpp"
@@ -35,6 +36,7 @@ struct Config {
     std::string preset = "default";
     EstimatorOptions estimator; ///< the preset, with the file's overrides
     GatePolicy gate;
+    PowerModel power;
 };
 
 /// Reads a configuration file. The error's message has one line for each problem:

@@ -93,7 +93,7 @@ Status Daemon::run(const Config &config) {
         return watched;
     Result<std::unique_ptr<DepthService>> service =
         DepthService::create(event_.get(), bus_named(config.daemon.bus), thread_->ring().fd(),
-                             thread_->ring().header(), config.gate.mode, *this);
+                             thread_->ring().header(), config.gate.mode, config.power, *this);
     if (!service)
         return service.error();
     service_ = std::move(*service);

@@ -116,9 +116,9 @@ int append(sd_bus_message *reply, std::string_view value) {
 
 struct DepthService::State {
     State(sd_event *event, int memfd, const afterglow_ring_header &header, GateMode gate_mode,
-          ServiceControl &service_control)
-        : streams(event, [this](int open) { control.set_claims(open); }), ring_fd(memfd),
-          ring(header), mode(gate_mode), control(service_control) {}
+          const PowerModel &power, ServiceControl &service_control)
+        : streams(event, [this](int open) { control.set_claims(open); }), statistics(power),
+          ring_fd(memfd), ring(header), mode(gate_mode), control(service_control) {}
 
     int open_stream(sd_bus_message *call, sd_bus_error *error);
     int reset_statistics(sd_bus_message *call);
@@ -186,6 +186,7 @@ const sd_bus_vtable DepthService::State::vtable[] = {
     SD_BUS_PROPERTY("FramesDamaged", "t", get_statistic<&Statistics::damaged>, 0, 0),
     SD_BUS_PROPERTY("FramesMissed", "t", get_statistic<&Statistics::missed>, 0, 0),
     SD_BUS_PROPERTY("DutyCycle", "d", get_statistic<&Statistics::duty_cycle>, 0, 0),
+    SD_BUS_PROPERTY("EstimatedPower", "d", get_statistic<&Statistics::estimated_power>, 0, 0),
     SD_BUS_PROPERTY("ExpectedError", "d", get_statistic<&Statistics::expected_error>, 0, 0),
     SD_BUS_PROPERTY("Coverage", "d", get_statistic<&Statistics::coverage>, 0, 0),
     SD_BUS_PROPERTY("LatencyP50", "t", get_statistic<&Statistics::latency_p50>, 0, 0),
@@ -247,11 +248,12 @@ void DepthService::State::changed(const char *property) {
 Result<std::unique_ptr<DepthService>> DepthService::create(sd_event *event, const BusOptions &bus,
                                                            int ring_fd,
                                                            const afterglow_ring_header &ring,
-                                                           GateMode mode, ServiceControl &control) {
+                                                           GateMode mode, const PowerModel &power,
+                                                           ServiceControl &control) {
     const auto failed = [](std::string what, int error) {
         return Error{fmt::format("cannot {}: {}", what, std::strerror(-error)), -error};
     };
-    auto state = std::make_unique<State>(event, ring_fd, ring, mode, control);
+    auto state = std::make_unique<State>(event, ring_fd, ring, mode, power, control);
     if (const int error = connect(bus, state->bus); error < 0)
         return failed(fmt::format("connect to {}", name_of(bus)), error);
     sd_bus *connection = state->bus.get();

@@ -3,6 +3,7 @@
 
 #include "afterglow/ring.h"
 #include "core/gate.hpp"
+#include "core/power_model.hpp"
 #include "core/result.hpp"
 
 #include <systemd/sd-event.h>
@@ -45,10 +46,9 @@ public:
     /// `ring` what it says of it; both stay the caller's and outlive the service, as `control`.
     ///
     /// When the bus is lost later, `event`'s loop exits with EXIT_FAILURE: nobody can reach us.
-    static Result<std::unique_ptr<DepthService>> create(sd_event *event, const BusOptions &bus,
-                                                        int ring_fd,
-                                                        const afterglow_ring_header &ring,
-                                                        GateMode mode, ServiceControl &control);
+    static Result<std::unique_ptr<DepthService>>
+    create(sd_event *event, const BusOptions &bus, int ring_fd, const afterglow_ring_header &ring,
+           GateMode mode, const PowerModel &power, ServiceControl &control);
     ~DepthService();
 
     /// Counts the frame and wakes the streams.

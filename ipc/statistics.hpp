@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "core/power_model.hpp"
 #include "ipc/service.hpp"
 
 #include <array>
@@ -30,6 +31,8 @@ private:
 /// What org.afterglow.Depth1 tells of the frames since the start or the last reset.
 class Statistics {
 public:
+    explicit Statistics(const PowerModel &power = {}) : power_(power) {}
+
     void add(const FrameEvent &event);
     void reset();
 
@@ -41,6 +44,8 @@ public:
     std::uint64_t missed() const { return missed_ - missed_before_; }
     /// Percent of the published images for which the TOF light was on; 0 before the first.
     double duty_cycle() const;
+    /// Watts that depth costs at that duty cycle (core/power_model.hpp).
+    double estimated_power() const { return power_.system_w(duty_cycle() / 100); }
     /// Of the last frame, percent; negative: not predicted.
     double expected_error() const { return expected_error_; }
     /// Of the last frame, percent.
@@ -50,6 +55,7 @@ public:
     std::uint64_t latency_p99() const { return latency_.percentile(0.99); }
 
 private:
+    PowerModel power_;
     std::uint64_t published_ = 0;
     std::uint64_t measured_ = 0;
     std::uint64_t estimated_ = 0;

@@ -49,7 +49,7 @@ public:
     Result<std::unique_ptr<DepthService>> create() {
         return DepthService::create(event_.get(), {BusOptions::Kind::address, bus.address()},
                                     ring.writer().fd(), ring.writer().header(), GateMode::automatic,
-                                    control);
+                                    PowerModel{}, control);
     }
     DepthService &service() { return *service_; }
     sd_event *event() { return event_.get(); }
@@ -338,7 +338,7 @@ TEST_CASE("the service says why it cannot be on the bus", "[ipc]") {
     RecordingControl control;
     const auto nowhere = DepthService::create(
         daemon.event(), {BusOptions::Kind::address, "unix:path=/nowhere/bus"}, ring.writer().fd(),
-        ring.writer().header(), GateMode::automatic, control);
+        ring.writer().header(), GateMode::automatic, PowerModel{}, control);
     REQUIRE(!nowhere);
     CHECK(nowhere.error().message ==
           "cannot connect to the bus at unix:path=/nowhere/bus: No such file or directory");

@@ -92,7 +92,8 @@ Status show_status(const std::string &bus) {
                number(p, "FramesMissed"));
     if (frames == 0)
         return ok();
-    fmt::print("  light     on for {:.1f} % of the frames\n", number(p, "DutyCycle"));
+    fmt::print("  light     on for {:.1f} % of the frames, {:.2f} W by the power model\n",
+               number(p, "DutyCycle"), number(p, "EstimatedPower"));
     fmt::print("  coverage  {:.1f} % of the last frame\n", number(p, "Coverage"));
     if (const double error = number(p, "ExpectedError"); error >= 0)
         fmt::print("  error     {:.2f} % expected in the last frame\n", error);
