@@ -41,8 +41,8 @@ TEST_CASE("a queue between two threads loses, repeats and tears nothing", "[tsan
         std::uint64_t number;
         std::uint64_t twice;
     };
-    constexpr std::uint64_t count = 200'000;
-    SpscQueue<Item, 8> queue;
+    constexpr std::uint64_t count = 20'000;
+    SpscQueue<Item, 64> queue;
     std::thread producer([&] {
         for (std::uint64_t i = 0; i < count; ++i)
             while (!queue.push({i, 2 * i}))
