@@ -208,6 +208,8 @@ Status serve(const Config &config) {
     Result<Rig> rig = open_rig(config);
     if (!rig)
         return rig.error();
+    if (!rig->warning.empty())
+        log(Priority::warning, rig->warning);
     sd_event *event = nullptr;
     if (const int error = ::sd_event_new(&event); error < 0)
         return failed_to("make an event loop", error);

@@ -77,6 +77,8 @@ struct Rig {
     std::unique_ptr<ColorSource> color;
     std::unique_ptr<TofSource> tof;
     std::unique_ptr<Illuminator> illuminator;
+    /// What the devices cannot give, though one may expect it; empty when all is well.
+    std::string warning{};
 };
 
 } // namespace afterglow

@@ -5,9 +5,12 @@
 #include "drivers/replay/recording.hpp"
 #include "drivers/sequence_rig.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cerrno>
 #include <limits>
+#include <string>
 #include <utility>
 
 namespace afterglow {
@@ -64,10 +67,16 @@ Result<Rig> open_replay(const ReplayOptions &options) {
     Result<Recording> recording = open_recording(options.path);
     if (!recording)
         return recording.error();
-    return make_rig(std::make_unique<RecordedSequence>(*std::move(recording), options.loop),
-                    {.real_time = options.real_time,
-                     .wake_latency_frames = options.wake_latency_frames,
-                     .frames = options.frames});
+    std::string warning;
+    if (recording->skipped > 0)
+        warning = fmt::format("{} frames of the recording are left out; the first: {}",
+                              recording->skipped, recording->skipped_reason);
+    Rig rig = make_rig(std::make_unique<RecordedSequence>(*std::move(recording), options.loop),
+                       {.real_time = options.real_time,
+                        .wake_latency_frames = options.wake_latency_frames,
+                        .frames = options.frames});
+    rig.warning = std::move(warning);
+    return rig;
 }
 
 } // namespace afterglow

@@ -157,6 +157,7 @@ TEST_CASE("images whose times go backwards are counted and skipped, or refused w
     written.close();
     const Played played = play(folder, "auto");
     CHECK(played.code == 0);
+    CHECK(played.log.find("left out") != std::string::npos);
     CHECK(played.value("FramesPublished") >= frames - 4);
     CHECK_FALSE(played.wrong_depth);
 }
