@@ -11,16 +11,10 @@ namespace afterglow {
 namespace {
 
 constexpr std::string_view preset_names[] = {"default", "paper"};
-// In the order of enum Method.
-constexpr std::string_view methods[] = {"paper", "keyframe"};
 // In the order of enum GateMode.
 constexpr std::string_view gate_modes[] = {"auto", "always-on", "interval", "off"};
 
 constexpr Parameter<const Tuning> parameters[] = {
-    {"method",
-     {.choices = methods},
-     "pipeline that makes depth: flow and ransac belong to paper, the groups below to keyframe",
-     [](const Tuning &t) -> Field { return enum_field(t.estimator.method); }},
     {"flow.grid",
      {.minimum = 2, .maximum = 64, .unit = "points"},
      "points along each side of the uniform grid that is tracked",

@@ -30,8 +30,8 @@ Luma wall(int shift) {
 }
 
 struct Fixture {
-    explicit Fixture(const EstimatorOptions &options = {}, int workers = 1)
-        : pool(workers), estimator(options, camera, pool) {}
+    explicit Fixture(int workers = 1)
+        : pool(workers), estimator(*estimator_preset("paper"), camera, pool) {}
     const Estimate &track(const Luma &image) { return estimator.track(image, t_ns += frame_ns); }
 
     WorkerPool pool;
@@ -138,7 +138,7 @@ TEST_CASE("images and depth of every bad kind give maps without invented depth",
 
 TEST_CASE("the estimate is the same to the bit for any number of workers", "[core]") {
     const auto run = [](int workers) {
-        Fixture f({}, workers);
+        Fixture f(workers);
         f.track(wall(0));
         DepthMap depth(320, 240);
         for (int v = 0; v < 240; ++v)
