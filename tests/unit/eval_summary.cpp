@@ -34,7 +34,7 @@ TEST_CASE("percentiles are interpolated between the values", "[eval]") {
 TEST_CASE("errors and coverage are over the estimated frames alone", "[eval]") {
     Evaluation evaluation;
     evaluation.frames = {measured(), estimated(1, 90), estimated(2, 80), estimated(6, 70)};
-    const Summary summary = summarize(evaluation, "d", "p");
+    const Summary summary = summarize(evaluation, "d", "p", 1.5);
     CHECK(summary.frames == 4);
     CHECK(summary.measured == 1);
     CHECK(summary.duty_cycle == 25);
@@ -51,7 +51,7 @@ TEST_CASE("a frame without depth counts as covered by nothing", "[eval]") {
     FrameScore nothing;
     nothing.coverage = 0;
     evaluation.frames = {estimated(1, 100), nothing};
-    const Summary summary = summarize(evaluation, "d", "p");
+    const Summary summary = summarize(evaluation, "d", "p", 1.5);
     CHECK(summary.measured == 0);
     CHECK(*summary.mre_median == Approx(1));
     CHECK(*summary.coverage_median == Approx(50));
@@ -63,15 +63,15 @@ TEST_CASE("expected and true error are correlated where both are known", "[eval]
         evaluation.frames.push_back(estimated(mre, 90));
         evaluation.frames.back().expected_mre = 3 * mre + 1;
     }
-    CHECK(*summarize(evaluation, "d", "p").expected_correlation == Approx(1));
+    CHECK(*summarize(evaluation, "d", "p", 1.5).expected_correlation == Approx(1));
     evaluation.frames[0].expected_mre.reset();
-    CHECK_FALSE(summarize(evaluation, "d", "p").expected_correlation);
+    CHECK_FALSE(summarize(evaluation, "d", "p", 1.5).expected_correlation);
 }
 
 TEST_CASE("the JSON is an object of numbers, and null where there is none", "[eval]") {
     Evaluation evaluation;
     evaluation.frames = {measured()};
-    const std::string json = to_json(summarize(evaluation, "a \"name\"\\\n", "paper"));
+    const std::string json = to_json(summarize(evaluation, "a \"name\"\\\n", "paper", 1.2));
     CHECK(json.rfind("{\"dataset\": \"a \\\"name\\\"\\\\\\u000a\", \"preset\": \"paper\", "
                      "\"frames\": 1, \"measured\": 1, \"duty_cycle\": 100.0000, "
                      "\"mre_median\": null, \"mre_mean\": null, \"mre_p95\": null, "

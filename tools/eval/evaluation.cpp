@@ -3,6 +3,7 @@
 
 #include "core/metrics.hpp"
 #include "daemon/frame_loop.hpp"
+#include "tools/eval/oracle.hpp"
 
 #include <chrono>
 
@@ -23,21 +24,9 @@ FrameScore score(const FrameResult &result, std::uint64_t index) {
     return score;
 }
 
-} // namespace
-
-void compare(FrameScore &score, DepthView depth, DepthView truth) {
-    const DepthErrors errors = compare_depth(depth, truth);
-    score.mae_cm = errors.mae_cm;
-    score.rmse_cm = errors.rmse_cm;
-    if (errors.pixels > 0)
-        score.mre = errors.mre;
-    if (errors.true_pixels > 0)
-        score.coverage = errors.coverage();
-}
-
-Result<Evaluation> evaluate(Footage &footage, const EvaluationOptions &options) {
-    WorkerPool pool(options.workers);
-    FrameLoop loop(footage.rig, options.estimator, options.gate, pool);
+/// Takes all footage through a FrameLoop or its like.
+template <class Loop>
+Result<Evaluation> take(Footage &footage, const EvaluationOptions &options, Loop &&loop) {
     if (const Status started = loop.start(); !started)
         return started.error();
     Evaluation evaluation;
@@ -72,6 +61,25 @@ Result<Evaluation> evaluate(Footage &footage, const EvaluationOptions &options) 
     }
     loop.stop();
     return evaluation;
+}
+
+} // namespace
+
+void compare(FrameScore &score, DepthView depth, DepthView truth) {
+    const DepthErrors errors = compare_depth(depth, truth);
+    score.mae_cm = errors.mae_cm;
+    score.rmse_cm = errors.rmse_cm;
+    if (errors.pixels > 0)
+        score.mre = errors.mre;
+    if (errors.true_pixels > 0)
+        score.coverage = errors.coverage();
+}
+
+Result<Evaluation> evaluate(Footage &footage, const EvaluationOptions &options) {
+    WorkerPool pool(options.workers);
+    if (options.oracle)
+        return take(footage, options, OracleLoop(footage, options.estimator, options.gate, pool));
+    return take(footage, options, FrameLoop(footage.rig, options.estimator, options.gate, pool));
 }
 
 } // namespace afterglow

@@ -38,6 +38,7 @@ struct Evaluation {
 struct EvaluationOptions {
     EstimatorOptions estimator;
     GatePolicy gate;
+    bool oracle = false; ///< the pose is refined on the true depth (oracle.hpp)
     int workers = 2;
     /// Called with each published frame's number among the footage's and its depth map.
     std::function<Status(std::uint64_t index, DepthView depth)> publish;

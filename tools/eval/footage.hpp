@@ -20,7 +20,7 @@ struct Footage {
     int left_out = 0;    ///< frames of the recording that cannot be used
     std::string problem; ///< the sentence behind the first of those
     /// The true depth map of the image with that ColorFrame::sequence. Asked for only after the
-    /// frame has been estimated.
+    /// frame has been estimated, but by the oracle.
     std::function<Result<DepthMap>(std::uint64_t sequence)> truth;
 };
 

@@ -14,6 +14,7 @@
 #include <cerrno>
 #include <ctime>
 #include <filesystem>
+#include <limits>
 
 namespace afterglow {
 namespace {
@@ -41,7 +42,7 @@ std::string daemon_config(const LiveArguments &arguments, int frames) {
     const char *driver = arguments.replay.empty() ? "synthetic" : "replay";
     std::string config = fmt::format(
         "color.driver = \"{0}\"\ntof.driver = \"{0}\"\nilluminator.driver = \"{0}\"\n", driver);
-    config += fmt::format("{}.frames = {}\n", driver, frames);
+    config += fmt::format("{}.frames = {}\ndaemon.exit_at_end = true\n", driver, frames);
     if (!arguments.replay.empty())
         config += fmt::format("replay.path = {}\n",
                               toml_string(std::filesystem::absolute(arguments.replay)));
@@ -72,7 +73,8 @@ int read_frame(afterglow_stream *stream, std::uint64_t index, LiveFrame &frame) 
 
 /// Reads until the daemon has no more, or `frames` have passed, and hands each to the scorer.
 /// Returns the frames that went by unread.
-Result<std::uint64_t> read_frames(afterglow_stream *stream, int frames, LiveScorer &scorer) {
+Result<std::uint64_t> read_frames(LiveSession &session, int frames, LiveScorer &scorer) {
+    afterglow_stream *stream = session.stream();
     afterglow_stream_info info;
     afterglow_info(stream, &info);
     std::uint64_t next = 0;
@@ -85,8 +87,11 @@ Result<std::uint64_t> read_frames(afterglow_stream *stream, int frames, LiveScor
             if (error == 0)
                 continue;
         }
-        if (error == -EPIPE || error == -ETIMEDOUT)
-            break; // the recording is over
+        if (error == -EPIPE) {
+            if (Status over = session.end(); !over)
+                return over.error();
+            break;
+        }
         if (error < 0)
             return Error{fmt::format("reading a frame: {}", afterglow_strerror(error)), -error};
         frame.received_ns = now_ns();
@@ -99,13 +104,17 @@ Result<std::uint64_t> read_frames(afterglow_stream *stream, int frames, LiveScor
 
 void print_summary(const LiveScore &score, const Summary &summary, std::uint64_t unread) {
     const auto line = [](const char *what, const std::string &value) {
-        fmt::print("  {:<22}{}\n", what, value);
+        fmt::print("  {:<24}{}\n", what, value);
     };
     const auto percent = [](const std::optional<double> &value) {
         return value ? fmt::format("{:.2f} %", *value) : std::string("-");
     };
+    const std::uint64_t published = unread + score.evaluation.frames.size();
     line("frames", fmt::format("{}, {} went by unread", summary.frames, unread));
-    line("TOF camera lit for",
+    if (score.images > published)
+        line("images without a frame",
+             fmt::format("{}, too fast or unusable", score.images - published));
+    line("measured by TOF camera",
          fmt::format("{} (duty cycle {:.1f} %)", summary.measured, summary.duty_cycle));
     line("error against truth", fmt::format("median MRE {}, 95th percentile {}",
                                             percent(summary.mre_median), percent(summary.mre_p95)));
@@ -122,12 +131,14 @@ void print_summary(const LiveScore &score, const Summary &summary, std::uint64_t
 void LiveArguments::add_to(CLI::App &command) {
     command.add_option("--replay", replay, "Folder in TUM layout; without it, the synthetic room");
     tuning.add_to(command);
-    command.add_option("--frames", frames, "Only the first so many")->check(CLI::PositiveNumber);
+    command.add_option("--frames", frames, "Only the first so many")
+        ->check(CLI::Range(1, std::numeric_limits<int>::max()));
     command.add_option("--picture", picture, "Where to put the picture")->capture_default_str();
 }
 
 Status live(const LiveArguments &arguments) {
-    if (const auto tuning = arguments.tuning.resolve(); !tuning)
+    const auto tuning = arguments.tuning.resolve();
+    if (!tuning)
         return tuning.error();
     SyntheticOptions room;
     room.frames = arguments.frames > 0 ? arguments.frames : synthetic_frames;
@@ -144,16 +155,19 @@ Status live(const LiveArguments &arguments) {
     std::fflush(stdout);
 
     LiveScorer scorer(footage->truth);
-    const auto unread = read_frames(session->stream(), footage->frames, scorer);
+    const auto unread = read_frames(*session, footage->frames, scorer);
     if (!unread)
         return unread.error();
     const LiveScore score = scorer.finish();
     if (score.evaluation.frames.empty())
         return Error{"the daemon gave no frame"};
-    const Summary summary = summarize(score.evaluation, footage->name, arguments.tuning.preset);
+    const Summary summary = summarize(score.evaluation, footage->name, arguments.tuning.preset,
+                                      tuning->second.target_mre);
     print_summary(score, summary, *unread);
-    if (!score.example)
-        return ok(); // every frame was measured: there is no estimate to show
+    if (!score.example) {
+        fmt::print("  no picture: nothing was estimated\n");
+        return ok();
+    }
 
     const auto folder = std::filesystem::path(arguments.picture).parent_path();
     if (!folder.empty())

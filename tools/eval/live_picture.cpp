@@ -2,12 +2,12 @@
 #include "tools/eval/live_picture.hpp"
 
 #include "tools/picture/depth_colors.hpp"
+#include "tools/picture/error_colors.hpp"
 #include "tools/picture/text.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <string>
 
 namespace afterglow {
@@ -15,44 +15,15 @@ namespace {
 
 constexpr Rgb background{18, 20, 24};
 constexpr Rgb foreground{214, 218, 224};
-constexpr Rgb nothing{8, 8, 10}; ///< no depth, or no truth to compare with
 constexpr int margin = 24;
 constexpr int text_scale = 2;
 constexpr int caption = text_height * text_scale + 12;
-/// Errors from here on are shown alike, percent.
-constexpr double largest_error = 5;
-
-/// From dark blue (no error) over orange to pale yellow (`largest_error`).
-Rgb error_color(double percent) {
-    constexpr Rgb stops[] = {
-        {24, 28, 52}, {86, 36, 98}, {190, 60, 72}, {244, 140, 54}, {252, 232, 160}};
-    constexpr int last = static_cast<int>(std::size(stops)) - 1;
-    const double place = std::clamp(percent / largest_error, 0.0, 1.0) * last;
-    const int below = std::min(static_cast<int>(place), last - 1);
-    const double share = place - below;
-    const auto mix = [&](std::uint8_t a, std::uint8_t b) {
-        return static_cast<std::uint8_t>(std::lround(a + (b - a) * share));
-    };
-    const Rgb a = stops[below];
-    const Rgb b = stops[below + 1];
-    return {mix(a.red, b.red), mix(a.green, b.green), mix(a.blue, b.blue)};
-}
 
 Image<Rgb> luma_panel(LumaView luma) {
     Image<Rgb> panel(luma.width(), luma.height());
     for (int v = 0; v < luma.height(); ++v)
         for (int u = 0; u < luma.width(); ++u)
             panel(u, v) = {luma(u, v), luma(u, v), luma(u, v)};
-    return panel;
-}
-
-Image<Rgb> error_panel(DepthView estimate, DepthView truth) {
-    Image<Rgb> panel(truth.width(), truth.height(), nothing);
-    for (int v = 0; v < truth.height(); ++v)
-        for (int u = 0; u < truth.width(); ++u)
-            if (estimate(u, v) != 0 && truth(u, v) != 0)
-                panel(u, v) = error_color(
-                    100 * std::abs(1.0 - static_cast<double>(estimate(u, v)) / truth(u, v)));
     return panel;
 }
 
@@ -67,14 +38,14 @@ void place(ImageView<Rgb> picture, int u, int v, ImageView<const Rgb> panel,
 void place_scale(ImageView<Rgb> picture, int right, int v) {
     constexpr int width = 120;
     constexpr int height = 7 * text_scale;
-    const std::string end = fmt::format("{:.0f} %", largest_error);
+    const std::string end = fmt::format("{:.0f} %", largest_error_shown);
     const int text_width = static_cast<int>(end.size()) * text_advance * text_scale;
     const int left = right - text_width - 8 - width;
     draw_text(picture, left - 2 * text_advance * text_scale, v, "0", foreground, text_scale);
     for (int row = 0; row < height; ++row)
         for (int column = 0; column < width; ++column)
             if (picture.contains(left + column, v + row))
-                picture(left + column, v + row) = error_color(largest_error * column / width);
+                picture(left + column, v + row) = error_color(largest_error_shown * column / width);
     draw_text(picture, right - text_width, v, end, foreground, text_scale);
 }
 
@@ -94,7 +65,7 @@ Image<Rgb> live_picture(const LiveExample &e) {
                       e.age_frames == 1 ? "" : "s", range.near_mm / 1000, range.far_mm / 1000));
     place(picture, margin, below, color_depth(e.estimated, range).view(),
           fmt::format("estimated, light off: {:.0f} % covered", e.coverage));
-    place(picture, right, below, error_panel(e.estimated, e.truth).view(),
+    place(picture, right, below, color_error(e.estimated, e.truth).view(),
           fmt::format("error, mean {:.2f} %", e.mre));
     place_scale(picture, right + width, below + height + 6);
     return picture;

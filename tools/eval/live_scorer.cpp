@@ -68,16 +68,17 @@ void LiveScorer::score(LiveFrame &frame) {
     scored.inliers = static_cast<int>(frame.info.inliers);
     if (frame.info.expected_mre >= 0)
         scored.expected_mre = frame.info.expected_mre;
+    score_.images = frame.info.sequence + 1;
+    if (scored.measured)
+        measured_ = frame.depth;
     auto truth = truth_(frame.info.sequence);
     if (!truth) {
         ++score_.evaluation.unscored;
         return;
     }
     compare(scored, frame.depth, *truth);
-    if (scored.measured)
-        measured_ = frame.depth;
-    else if (is_typical(scored) && !measured_.empty() &&
-             (!score_.example || scored.age_frames > score_.example->age_frames))
+    if (!scored.measured && is_typical(scored) && !measured_.empty() &&
+        (!score_.example || scored.age_frames > score_.example->age_frames))
         score_.example = LiveExample{
             std::move(frame.luma), measured_,   std::move(frame.depth), *std::move(truth),
             scored.age_frames,     *scored.mre, *scored.coverage};

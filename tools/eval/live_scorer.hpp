@@ -39,6 +39,7 @@ struct LiveExample {
 
 struct LiveScore {
     Evaluation evaluation;
+    std::uint64_t images = 0;           ///< that the camera took, until the last frame
     std::vector<double> latency_ms;     ///< from image to reader
     std::optional<LiveExample> example; ///< the oldest estimate of no more than typical error
 };

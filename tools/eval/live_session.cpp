@@ -37,7 +37,11 @@ Status write_file(const std::string &path, const std::string &text) {
 } // namespace
 
 Result<TemporaryFolder> TemporaryFolder::create() {
-    std::string path = std::filesystem::temp_directory_path() / "afterglow-XXXXXX";
+    std::error_code problem;
+    std::string path = std::filesystem::temp_directory_path(problem) / "afterglow-XXXXXX";
+    if (problem)
+        return Error{fmt::format("no place for temporary files: {}", problem.message()),
+                     problem.value()};
     if (::mkdtemp(path.data()) == nullptr)
         return Error{fmt::format("{}: {}", path, std::strerror(errno)), errno};
     return TemporaryFolder(path);
@@ -62,7 +66,8 @@ Result<LiveSession> LiveSession::start(const std::string &config) {
         return written.error();
 
     auto bus = ChildProcess::start(
-        {"dbus-daemon", "--config-file=" + bus_file, "--nofork", "--nopidfile", "--nosyslog"});
+        {"dbus-daemon", "--config-file=" + bus_file, "--nofork", "--nopidfile", "--nosyslog"},
+        folder->path() + "/bus.log"); // it warns of limits of its own
     if (!bus)
         return bus.error();
     for (int i = 0; i < start_attempts && !std::filesystem::exists(socket); ++i) {
@@ -79,15 +84,27 @@ Result<LiveSession> LiveSession::start(const std::string &config) {
         return daemon.error();
     afterglow_stream *stream = nullptr;
     int error = -EHOSTUNREACH;
-    for (int i = 0; i < start_attempts && error < 0 && daemon->running(); ++i) {
+    // It is not on the bus at once. Every other error would come again.
+    for (int i = 0; i < start_attempts && error == -EHOSTUNREACH && daemon->running(); ++i) {
         error = afterglow_open(address.c_str(), &stream);
-        if (error < 0)
+        if (error == -EHOSTUNREACH)
             ::usleep(attempt_pause_us);
     }
     if (error < 0)
         return Error{fmt::format("no stream from afterglowd: {}", afterglow_strerror(error)),
                      -error};
-    return LiveSession(*std::move(folder), *std::move(bus), *std::move(daemon), Stream(stream));
+    // Everybody is connected and has read its file: the folder goes now, so that not even a signal
+    // leaves it behind.
+    return LiveSession(*std::move(bus), *std::move(daemon), Stream(stream));
+}
+
+Status LiveSession::end() {
+    const std::optional<int> code = daemon_.wait();
+    if (!code)
+        return Error{"afterglowd has closed the stream"};
+    if (*code != 0)
+        return Error{fmt::format("afterglowd ended with status {}", *code)};
+    return ok();
 }
 
 } // namespace afterglow

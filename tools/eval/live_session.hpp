@@ -32,22 +32,22 @@ private:
 class LiveSession {
 public:
     /// Starts dbus-daemon and the afterglowd that lies beside this program, with `config` as its
-    /// configuration file, and opens a stream.
+    /// configuration file, and opens a stream. Leaves no file behind.
     static Result<LiveSession> start(const std::string &config);
 
     afterglow_stream *stream() { return stream_.get(); }
+    /// After the stream's end: whether the daemon left because the recording is over.
+    Status end();
 
 private:
     struct CloseStream {
         void operator()(afterglow_stream *stream) const { afterglow_close(stream); }
     };
     using Stream = std::unique_ptr<afterglow_stream, CloseStream>;
-    LiveSession(TemporaryFolder folder, ChildProcess bus, ChildProcess daemon, Stream stream)
-        : folder_(std::move(folder)), bus_(std::move(bus)), daemon_(std::move(daemon)),
-          stream_(std::move(stream)) {}
+    LiveSession(ChildProcess bus, ChildProcess daemon, Stream stream)
+        : bus_(std::move(bus)), daemon_(std::move(daemon)), stream_(std::move(stream)) {}
 
     // In this order, so that they end in the opposite one.
-    TemporaryFolder folder_;
     ChildProcess bus_;
     ChildProcess daemon_;
     Stream stream_;

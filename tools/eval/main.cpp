@@ -1,39 +1,97 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "tools/eval/ablate.hpp"
 #include "tools/eval/live.hpp"
 #include "tools/eval/run.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
-#include <cerrno>
 #include <cstdio>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <vector>
 
 using namespace afterglow;
+
+namespace {
+
+constexpr int exit_failure = 1;
+constexpr int exit_usage = 2;
+
+int fail(const Error &error, int code) {
+    fmt::print(stderr, "afterglow-eval: {}\n", error.message);
+    return code;
+}
+
+struct Command {
+    CLI::App *app;
+    std::function<Status()> check; ///< of what CLI11 could not check
+    std::function<Status()> run;
+};
+
+/// All commands of the program. What they are told lives as long as they do.
+class Commands {
+public:
+    explicit Commands(CLI::App &app) : app_(app) {
+        add_tuned<RunArguments>("run", "Score a recording as fast as it can be read", run);
+        add_tuned<LiveArguments>("live",
+                                 "Start the daemon, read its frames in real time as any program "
+                                 "would, score them",
+                                 live);
+        add_tuned<AblateArguments>(
+            "ablate", "Score recordings with each stage of the estimator switched off in turn",
+            ablate);
+    }
+
+    const Command &chosen() const {
+        for (const Command &command : commands_)
+            if (*command.app)
+                return command;
+        throw CLI::RequiredError("a command");
+    }
+
+private:
+    template <class Arguments>
+    Arguments &add(const char *name, const char *description, Arguments initial,
+                   Status (*run)(const Arguments &)) {
+        const auto arguments = std::make_shared<Arguments>(std::move(initial));
+        CLI::App *command = app_.add_subcommand(name, description);
+        arguments->add_to(*command);
+        commands_.push_back({command, ok, [=] { return run(*arguments); }});
+        return *arguments;
+    }
+    template <class Arguments>
+    void add_tuned(const char *name, const char *description, Status (*run)(const Arguments &)) {
+        const Arguments &arguments = add<Arguments>(name, description, {}, run);
+        commands_.back().check = [&] {
+            const auto resolved = arguments.tuning.resolve();
+            return resolved ? ok() : Status(resolved.error());
+        };
+    }
+
+    CLI::App &app_;
+    std::vector<Command> commands_;
+};
+
+} // namespace
 
 /// 0: done; 1: it could not be done; 2: the command line is wrong.
 int main(int argc, char **argv) {
     CLI::App app{"Scores afterglow's depth against the truth.", "afterglow-eval"};
     app.require_subcommand(1);
     app.set_version_flag("--version", AFTERGLOW_VERSION);
-
-    RunArguments run_arguments;
-    CLI::App *run_command =
-        app.add_subcommand("run", "Score a recording as fast as it can be read");
-    run_arguments.add_to(*run_command);
-    LiveArguments live_arguments;
-    CLI::App *live_command = app.add_subcommand(
-        "live", "Start the daemon, read its frames in real time as any program would, score them");
-    live_arguments.add_to(*live_command);
-
+    const Commands commands(app);
     try {
         app.parse(argc, argv);
+        const Command &command = commands.chosen();
+        if (const Status checked = command.check(); !checked)
+            return fail(checked.error(), exit_usage);
+        const Status done = command.run();
+        return done ? 0 : fail(done.error(), exit_failure);
     } catch (const CLI::ParseError &error) {
-        return app.exit(error) == 0 ? 0 : 2;
+        return app.exit(error) == 0 ? 0 : exit_usage;
+    } catch (const std::exception &error) {
+        return fail({error.what()}, exit_failure);
     }
-    const Status done = *run_command ? run(run_arguments) : live(live_arguments);
-    if (!done) {
-        fmt::print(stderr, "afterglow-eval: {}\n", done.error().message);
-        return done.error().code == EINVAL ? 2 : 1;
-    }
-    return 0;
 }

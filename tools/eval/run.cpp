@@ -4,7 +4,6 @@
 #include "config/estimator_parameters.hpp"
 #include "tools/eval/dump.hpp"
 #include "tools/eval/evaluation.hpp"
-#include "tools/eval/footage.hpp"
 #include "tools/eval/progress.hpp"
 #include "tools/eval/summary.hpp"
 
@@ -14,6 +13,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <filesystem>
+#include <limits>
 #include <utility>
 
 namespace afterglow {
@@ -22,18 +22,8 @@ namespace {
 constexpr const char *synthetic_name = "synthetic";
 constexpr int synthetic_frames = 300;
 
-Result<Footage> open_footage(const RunArguments &arguments) {
-    if (arguments.dataset == synthetic_name && !std::filesystem::exists(arguments.dataset)) {
-        SyntheticOptions options;
-        options.seed = arguments.seed;
-        options.wake_latency_frames = arguments.wake_latency;
-        options.frames = arguments.frames > 0 ? arguments.frames : synthetic_frames;
-        options.noise = arguments.noise;
-        options.motion = arguments.motion;
-        return open_synthetic_footage(options);
-    }
-    return open_recorded_footage(arguments.dataset, arguments.frames, arguments.wake_latency);
-}
+// The error at which the oracle that afterglow is measured by was lit.
+constexpr double oracle_target_mre = 1.5;
 
 } // namespace
 
@@ -44,12 +34,16 @@ void TuningArguments::add_to(CLI::App &command) {
 }
 
 Result<std::pair<EstimatorOptions, GatePolicy>> TuningArguments::resolve() const {
-    const auto estimator = estimator_preset(preset);
+    const bool oracle = has_oracle && preset == oracle_preset;
+    const auto estimator = estimator_preset(oracle ? "default" : preset);
     if (!estimator)
-        return Error{fmt::format("--preset {}: there is no such preset (one of {})", preset,
-                                 fmt::join(estimator_preset_names(), ", ")),
+        return Error{fmt::format("--preset {}: there is no such preset (one of {}{})", preset,
+                                 fmt::join(estimator_preset_names(), ", "),
+                                 has_oracle ? fmt::format(", {}", oracle_preset) : ""),
                      EINVAL};
     auto tuning = std::pair(*estimator, GatePolicy{});
+    if (oracle)
+        tuning.second.target_mre = oracle_target_mre;
     for (const std::string &assignment : assignments) {
         const std::size_t equals = assignment.find('=');
         if (equals == std::string::npos)
@@ -62,25 +56,42 @@ Result<std::pair<EstimatorOptions, GatePolicy>> TuningArguments::resolve() const
     return tuning;
 }
 
+void FootageArguments::add_to(CLI::App &command) {
+    command.add_option("--frames", frames, "Only the first so many; 0 = all")
+        ->check(CLI::Range(0, std::numeric_limits<int>::max()));
+    command
+        .add_option("--wake-latency", wake_latency,
+                    "Images between light on and the first depth map")
+        ->check(CLI::Range(0, 1000));
+    command.add_option("--seed", seed, "Of the synthetic room");
+    command.add_option("--motion", motion, "Speed of the synthetic camera, relative; 0 = still")
+        ->check(CLI::Range(0.0, 100.0));
+    command.add_flag("--noise,!--no-noise", noise, "The synthetic cameras' noise");
+}
+
+Result<Footage> FootageArguments::open(const std::string &dataset) const {
+    if (dataset == synthetic_name && !std::filesystem::exists(dataset)) {
+        SyntheticOptions options;
+        options.seed = seed;
+        options.wake_latency_frames = wake_latency;
+        options.frames = frames > 0 ? frames : synthetic_frames;
+        options.noise = noise;
+        options.motion = motion;
+        return open_synthetic_footage(options);
+    }
+    return open_recorded_footage(dataset, frames, wake_latency);
+}
+
 void RunArguments::add_to(CLI::App &command) {
     command
         .add_option("dataset", dataset,
                     fmt::format("Folder in TUM layout, or the word {}", synthetic_name))
         ->required();
     tuning.add_to(command);
-    command.add_option("--frames", frames, "Only the first so many; 0 = all")
-        ->check(CLI::NonNegativeNumber);
-    command
-        .add_option("--wake-latency", wake_latency,
-                    "Images between light on and the first depth map")
-        ->check(CLI::NonNegativeNumber);
+    footage.add_to(command);
     command
         .add_option("--workers", workers, "Threads that share the work; no result depends on it")
         ->check(CLI::Range(1, 64));
-    command.add_option("--seed", seed, "Of the synthetic room");
-    command.add_option("--motion", motion, "Speed of the synthetic camera, relative; 0 = still")
-        ->check(CLI::Range(0.0, 100.0));
-    command.add_flag("--noise,!--no-noise", noise, "The synthetic cameras' noise");
     command.add_flag("--json", json, "Print one JSON object");
     command.add_option("--csv", csv, "Write a line for each frame to this file");
     command.add_option("--dump", dump, "Write the published depth maps and frames.csv here");
@@ -90,7 +101,7 @@ Status run(const RunArguments &arguments) {
     const auto tuning = arguments.tuning.resolve();
     if (!tuning)
         return tuning.error();
-    auto footage = open_footage(arguments);
+    auto footage = arguments.footage.open(arguments.dataset);
     if (!footage)
         return footage.error();
     if (!arguments.dump.empty())
@@ -99,6 +110,7 @@ Status run(const RunArguments &arguments) {
 
     EvaluationOptions options{.estimator = tuning->first,
                               .gate = tuning->second,
+                              .oracle = arguments.tuning.preset == oracle_preset,
                               .workers = arguments.workers,
                               .publish = {},
                               .progress = {}};
@@ -123,7 +135,8 @@ Status run(const RunArguments &arguments) {
         fmt::print(stderr, "afterglow-eval: {}\n", evaluation->problem);
     if (evaluation->frames.empty())
         return Error{fmt::format("{}: not one usable frame", arguments.dataset)};
-    const Summary summary = summarize(*evaluation, footage->name, arguments.tuning.preset);
+    const Summary summary =
+        summarize(*evaluation, footage->name, arguments.tuning.preset, tuning->second.target_mre);
     fmt::print("{}", arguments.json ? to_json(summary) + "\n" : to_text(summary));
     return ok();
 }

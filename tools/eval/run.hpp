@@ -4,6 +4,7 @@
 #include "core/estimator_options.hpp"
 #include "core/gate.hpp"
 #include "core/result.hpp"
+#include "tools/eval/footage.hpp"
 
 #include <CLI/CLI.hpp>
 
@@ -13,26 +14,39 @@
 
 namespace afterglow {
 
+/// The preset that looks at the truth (oracle.hpp). Only some commands have it; the daemon has not.
+inline constexpr const char *oracle_preset = "oracle";
+
 /// How depth is to be made, as told on a command line.
 struct TuningArguments {
     std::string preset = "default";
     std::vector<std::string> assignments; ///< key=value
+    bool has_oracle = false;              ///< oracle_preset may be asked for
 
     void add_to(CLI::App &command);
     /// The preset with the assignments made, or what is wrong with them.
     Result<std::pair<EstimatorOptions, GatePolicy>> resolve() const;
 };
 
-/// afterglow-eval run: scores one recording, or the synthetic room.
-struct RunArguments {
-    std::string dataset;
-    TuningArguments tuning;
+/// Which frames there are to score.
+struct FootageArguments {
     int frames = 0;
     int wake_latency = 0;
-    int workers = 2;
     std::uint64_t seed = 1;
     double motion = 1;
     bool noise = true;
+
+    void add_to(CLI::App &command);
+    /// `dataset`: a folder in TUM layout, or the word synthetic.
+    Result<Footage> open(const std::string &dataset) const;
+};
+
+/// afterglow-eval run: scores one recording, or the synthetic room.
+struct RunArguments {
+    std::string dataset;
+    TuningArguments tuning{.assignments = {}, .has_oracle = true};
+    FootageArguments footage;
+    int workers = 2;
     bool json = false;
     std::string csv;
     std::string dump;

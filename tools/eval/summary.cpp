@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/eval/summary.hpp"
 
+#include "tools/eval/json.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -35,24 +37,6 @@ std::optional<double> correlation(const std::vector<double> &a, const std::vecto
     return ab / std::sqrt(aa * bb);
 }
 
-/// A JSON string: names of folders may hold anything.
-std::string quoted(const std::string &text) {
-    std::string out = "\"";
-    for (const char c : text) {
-        if (c == '"' || c == '\\')
-            out += fmt::format("\\{}", c);
-        else if (static_cast<unsigned char>(c) < 0x20)
-            out += fmt::format("\\u{:04x}", static_cast<unsigned>(c));
-        else
-            out += c;
-    }
-    return out + '"';
-}
-
-std::string number(const std::optional<double> &value) {
-    return value ? fmt::format("{:.4f}", *value) : "null";
-}
-
 std::string cell(const std::optional<double> &value, const char *unit) {
     return value ? fmt::format("{:.2f} {}", *value, unit) : "-";
 }
@@ -71,7 +55,7 @@ std::optional<double> percentile(std::vector<double> values, double percent) {
 }
 
 Summary summarize(const Evaluation &evaluation, const std::string &dataset,
-                  const std::string &preset) {
+                  const std::string &preset, double target_mre) {
     Summary s{.dataset = dataset, .preset = preset};
     s.frames = static_cast<int>(evaluation.frames.size());
     s.damaged = evaluation.damaged;
@@ -104,6 +88,9 @@ Summary summarize(const Evaluation &evaluation, const std::string &dataset,
     s.coverage_median = percentile(coverage, 50);
     s.coverage_p5 = percentile(coverage, 5);
     s.expected_correlation = correlation(predicted, actual);
+    const auto over = std::ranges::count_if(mre, [&](double m) { return m > target_mre; });
+    if (!mre.empty())
+        s.frames_over_target = 100.0 * static_cast<double>(over) / static_cast<double>(mre.size());
     s.ms_per_frame_median = percentile(ms, 50);
     return s;
 }
@@ -113,20 +100,21 @@ std::string to_json(const Summary &s) {
     const auto add = [&](const char *key, const std::string &value) {
         out += fmt::format("{}\"{}\": {}", out.size() > 1 ? ", " : "", key, value);
     };
-    add("dataset", quoted(s.dataset));
-    add("preset", quoted(s.preset));
+    add("dataset", json_string(s.dataset));
+    add("preset", json_string(s.preset));
     add("frames", std::to_string(s.frames));
     add("measured", std::to_string(s.measured));
-    add("duty_cycle", number(s.duty_cycle));
-    add("mre_median", number(s.mre_median));
-    add("mre_mean", number(s.mre_mean));
-    add("mre_p95", number(s.mre_p95));
-    add("mae_cm_median", number(s.mae_cm_median));
-    add("rmse_cm_median", number(s.rmse_cm_median));
-    add("coverage_median", number(s.coverage_median));
-    add("coverage_p5", number(s.coverage_p5));
-    add("ms_per_frame_median", number(s.ms_per_frame_median));
-    add("expected_correlation", number(s.expected_correlation));
+    add("duty_cycle", json_number(s.duty_cycle));
+    add("mre_median", json_number(s.mre_median));
+    add("mre_mean", json_number(s.mre_mean));
+    add("mre_p95", json_number(s.mre_p95));
+    add("mae_cm_median", json_number(s.mae_cm_median));
+    add("rmse_cm_median", json_number(s.rmse_cm_median));
+    add("coverage_median", json_number(s.coverage_median));
+    add("coverage_p5", json_number(s.coverage_p5));
+    add("ms_per_frame_median", json_number(s.ms_per_frame_median));
+    add("expected_correlation", json_number(s.expected_correlation));
+    add("frames_over_target", json_number(s.frames_over_target));
     add("damaged", std::to_string(s.damaged));
     add("unscored", std::to_string(s.unscored));
     return out + "}";
@@ -142,6 +130,7 @@ std::string to_text(const Summary &s) {
     add("MRE median", cell(s.mre_median, "%"));
     add("    mean", cell(s.mre_mean, "%"));
     add("    95th percentile", cell(s.mre_p95, "%"));
+    add("    frames over the target", cell(s.frames_over_target, "%"));
     add("MAE median", cell(s.mae_cm_median, "cm"));
     add("RMSE median", cell(s.rmse_cm_median, "cm"));
     add("coverage median", cell(s.coverage_median, "%"));

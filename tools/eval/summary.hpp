@@ -26,11 +26,14 @@ struct Summary {
     std::optional<double> mae_cm_median{}, rmse_cm_median{};
     std::optional<double> coverage_median{}, coverage_p5{}; ///< percent
     std::optional<double> expected_correlation{}; ///< of expected and true error, Pearson's
+    /// Percent of the estimated frames whose true MRE exceeds the target of the gate.
+    std::optional<double> frames_over_target{};
     std::optional<double> ms_per_frame_median{};
 };
 
+/// `target_mre`: GatePolicy's, percent.
 Summary summarize(const Evaluation &evaluation, const std::string &dataset,
-                  const std::string &preset);
+                  const std::string &preset, double target_mre);
 
 /// One JSON object; its keys are stable.
 std::string to_json(const Summary &summary);

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/estimator.hpp"
+#include "drivers/synthetic/truth.hpp"
+
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace afterglow::testing {
+
+/// Pictures and their true depth, of one camera, 30 a second.
+struct Film {
+    Intrinsics camera;
+    std::vector<Luma> images;
+    std::vector<DepthMap> depth;
+};
+
+inline Film film(const SyntheticOptions &options, SyntheticWorld world, int frames) {
+    SyntheticTruth truth(options, std::move(world));
+    Film film{truth.intrinsics(), {}, {}};
+    for (int k = 0; k < frames; ++k) {
+        film.images.push_back(truth.luma(static_cast<std::uint64_t>(k)));
+        film.depth.push_back(truth.depth(static_cast<std::uint64_t>(k)));
+    }
+    return film;
+}
+
+inline Film film_room(int width, int height, int frames, double motion = 1,
+                      std::uint64_t seed = 1) {
+    const SyntheticOptions options{
+        .width = width, .height = height, .seed = seed, .noise = false, .motion = motion};
+    return film(options, make_world(options), frames);
+}
+
+template <class T>
+Image<T> mirrored(Image<T> image) {
+    for (int v = 0; v < image.height(); ++v)
+        std::reverse(image.row(v), image.row(v) + image.width());
+    return image;
+}
+
+/// The film as seen in a mirror that swaps left and right.
+inline Film mirrored(Film film) {
+    film.camera.cx = film.camera.width - 1 - film.camera.cx;
+    for (Luma &image : film.images)
+        image = mirrored(std::move(image));
+    for (DepthMap &depth : film.depth)
+        depth = mirrored(std::move(depth));
+    return film;
+}
+
+/// An estimator that is shown a film.
+class Viewer {
+public:
+    explicit Viewer(const Film &seen, const EstimatorOptions &options = {}, int workers = 1)
+        : film_(seen), pool_(workers), estimator_(options, seen.camera, pool_) {}
+
+    const Estimate &track(int frame) { return track(film_.images[static_cast<std::size_t>(frame)]); }
+    const Estimate &track(const Luma &image) { return estimator_.track(image, t_ns_ += frame_ns); }
+    const Estimate &measure(int frame) {
+        return estimator_.measure(film_.depth[static_cast<std::size_t>(frame)]);
+    }
+    const Estimate &measure(const DepthMap &depth) { return estimator_.measure(depth); }
+
+    static constexpr std::int64_t frame_ns = 33'333'333;
+
+private:
+    const Film &film_;
+    WorkerPool pool_;
+    Estimator estimator_;
+    std::int64_t t_ns_ = 0;
+};
+
+inline DepthMap copy(DepthView view) {
+    DepthMap map(view.width(), view.height());
+    for (int v = 0; v < view.height(); ++v)
+        std::copy_n(view.row(v), view.width(), map.row(v));
+    return map;
+}
+
+} // namespace afterglow::testing

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// What must hold of preset "default" whatever is before the camera.
+#include "core/metrics.hpp"
+#include "tests/allocation_count.hpp"
+#include "tests/catch.hpp"
+#include "tests/film.hpp"
+
+#include <cstring>
+
+using namespace afterglow;
+using namespace afterglow::testing;
+
+namespace {
+
+constexpr int frames = 9;
+
+/// What the last of `order` is estimated to be, when the first is measured and the others tracked.
+struct Answer {
+    Pose pose;
+    DepthMap depth;
+    float coverage;
+};
+
+Answer answer(const Film &film, const std::vector<int> &order) {
+    Viewer viewer(film);
+    viewer.track(order.front());
+    viewer.measure(order.front());
+    const Estimate *estimate = nullptr;
+    for (std::size_t i = 1; i < order.size(); ++i)
+        estimate = &viewer.track(order[i]);
+    REQUIRE(estimate->source == FrameSource::estimated);
+    return {estimate->pose, copy(estimate->depth), estimate->coverage};
+}
+
+std::vector<int> forwards() {
+    std::vector<int> order;
+    for (int k = 0; k < frames; ++k)
+        order.push_back(k);
+    return order;
+}
+
+/// One pose is the other, to a fraction of what the camera has moved.
+void check_same(const Pose &a, const Pose &b) {
+    const Pose between = a * b.inverse();
+    CHECK(between.T.norm() < 0.003);
+    CHECK(between.angle() < 0.0015);
+}
+
+void check_same(const Answer &a, const Answer &b) {
+    check_same(a.pose, b.pose);
+    CHECK(a.coverage == Approx(b.coverage).margin(1.0));
+    CHECK(compare_depth(a.depth, b.depth).mre < 0.3);
+}
+
+const Film &room() {
+    static const Film film = film_room(320, 240, frames, 2);
+    return film;
+}
+
+} // namespace
+
+TEST_CASE("the estimate follows a hand-held camera in a room", "[core]") {
+    const Answer end = answer(room(), forwards());
+    const DepthErrors errors = compare_depth(end.depth, room().depth.back());
+    CHECK(errors.mre < 0.5);
+    CHECK(errors.coverage() > 80);
+    CHECK(end.pose.T.norm() > 0.02); // it has moved, so there was something to follow
+}
+
+TEST_CASE("where in the world it all happens does not matter", "[core]") {
+    const SyntheticOptions options{.width = 320, .height = 240, .noise = false, .motion = 2};
+    SyntheticWorld moved = make_world(options);
+    const Pose shift{rotation({0.4, -1.1, 0.3}), {3, -2, 5}};
+    for (Motion &body : moved.scene.bodies)
+        body = [body, shift](double t) { return shift * body(t); };
+    moved.camera = [camera = moved.camera, shift](double t) { return shift * camera(t); };
+    check_same(answer(film(options, std::move(moved), frames), forwards()),
+               answer(room(), forwards()));
+}
+
+TEST_CASE("a mirrored world gives the mirrored map and motion", "[core]") {
+    const Answer plain = answer(room(), forwards());
+    const Answer seen = answer(mirrored(room()), forwards());
+    const Eigen::Vector3d flip(-1, 1, 1);
+    const Answer back{
+        {flip.asDiagonal() * seen.pose.R * flip.asDiagonal(), flip.asDiagonal() * seen.pose.T},
+        mirrored(seen.depth),
+        seen.coverage};
+    check_same(back, plain);
+}
+
+TEST_CASE("a larger world, further away, gives the larger motion", "[core]") {
+    Film larger = room();
+    for (DepthMap &depth : larger.depth)
+        for (std::uint16_t &z : depth.pixels())
+            z = static_cast<std::uint16_t>(z * 3 / 2);
+    Answer seen = answer(larger, forwards());
+    seen.pose.T /= 1.5;
+    check_same(seen.pose, answer(room(), forwards()).pose);
+}
+
+TEST_CASE("a film shown backwards gives the way back", "[core]") {
+    std::vector<int> backwards = forwards();
+    std::reverse(backwards.begin(), backwards.end());
+    const Answer there = answer(room(), forwards());
+    const Answer back = answer(room(), backwards);
+    check_same(there.pose * back.pose, Pose::identity());
+}
+
+TEST_CASE("brightness that changes as a whole does not move the pose", "[core]") {
+    Film brighter = room();
+    for (std::size_t k = 1; k < brighter.images.size(); ++k)
+        for (std::uint8_t &pixel : brighter.images[k].pixels())
+            pixel = static_cast<std::uint8_t>(20 + pixel * 4 / 5);
+    check_same(answer(brighter, forwards()).pose, answer(room(), forwards()).pose);
+}
+
+TEST_CASE("the default estimate is the same to the bit for any number of workers", "[core]") {
+    const auto run = [](int workers) {
+        Viewer viewer(room(), {}, workers);
+        std::vector<unsigned char> bits;
+        const auto note = [&](const Estimate &e) {
+            const auto add = [&](const void *data, std::size_t size) {
+                const auto *bytes = static_cast<const unsigned char *>(data);
+                bits.insert(bits.end(), bytes, bytes + size);
+            };
+            add(e.depth.data(), sizeof(std::uint16_t) * 320 * 240);
+            add(e.confidence.data(), 320 * 240);
+            add(e.pose.R.data(), sizeof e.pose.R);
+            add(e.pose.T.data(), sizeof e.pose.T);
+            add(&e.expected_mre, sizeof e.expected_mre);
+            add(&e.coverage, sizeof e.coverage);
+        };
+        for (int k = 0; k < frames; ++k) {
+            note(viewer.track(k));
+            if (k % 4 == 0)
+                note(viewer.measure(k));
+        }
+        return bits;
+    };
+    const auto alone = run(1);
+    CHECK(run(2) == alone);
+    CHECK(run(5) == alone);
+}
+
+TEST_CASE("preset default allocates nothing from frame to frame", "[core]") {
+    for (const int workers : {1, 3}) {
+        Viewer viewer(room(), {}, workers);
+        const std::uint64_t before = allocation_count();
+        for (int k = 0; k < frames; ++k) {
+            viewer.track(k);
+            if (k % 3 == 0)
+                viewer.measure(k);
+        }
+        CHECK(allocation_count() == before);
+    }
+}
