@@ -47,6 +47,7 @@ void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const P
     std::sort(
         candidates.begin(), candidates.begin() + count,
         [](const Candidate &a, const Candidate &b) { return a.visible_share > b.visible_share; });
+    const Eigen::Matrix<float, 6, 6> spread = depth_covariance(alignment, options_.error);
     for (int i = 0; i < std::min(count, options_.compose.maps_per_frame); ++i) {
         const bool first = i == 0;
         if (!first && covered_ >= enough)
@@ -56,7 +57,7 @@ void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const P
         warp_.run(k.surface, pose, pool_, first ? alignment.skew : Eigen::Vector3f::Zero());
         if (!first && disagreement() > options_.compose.most_disagreement / 100)
             continue;
-        merge(map_error(k.surface, camera_, pose, alignment.covariance, options_.error), k.surface);
+        merge(map_error(k.surface, camera_, pose, spread, options_.error), k.surface);
     }
 }
 
@@ -105,6 +106,18 @@ void DepthComposer::merge(const MapError &error, const DepthSurface &surface) {
             confidence[u] = table[p & warped_edge_mask][static_cast<std::size_t>(bin)];
             ++covered_;
         }
+    }
+}
+
+void DepthComposer::distrust(const MotionMask &mask) {
+    const std::uint8_t most = estimated_confidence(options_.error.moving_error);
+    constexpr int cell = MotionMask::cell_px;
+    for (int v = 0; v < camera_.height; ++v) {
+        const std::uint8_t *moving = mask.moving().row(v / cell);
+        std::uint8_t *confidence = confidence_.row(v);
+        for (int u = 0; u < camera_.width; ++u)
+            if (moving[u / cell])
+                confidence[u] = std::min(confidence[u], most);
     }
 }
 

@@ -6,6 +6,7 @@
 #include "core/image.hpp"
 #include "core/keyframe.hpp"
 #include "core/keyframe_options.hpp"
+#include "core/motion_mask.hpp"
 #include "core/warp.hpp"
 #include "core/worker_pool.hpp"
 
@@ -25,6 +26,8 @@ public:
     /// `enough` pixels are covered.
     void compose(const KeyframeSet &keyframes, int reference, const Pose &now,
                  const Alignment &alignment, int enough);
+    /// Lowers the confidence of what lies in moving cells to that of `moving_error`.
+    void distrust(const MotionMask &mask);
     /// Empties the map.
     void clear();
     /// Lays a measured map over the composed one; pixels it lacks stay as they were composed.

@@ -42,7 +42,7 @@ bool Gate::wants_light(const Estimate &estimate) {
     const bool lit = policy_.mode != GateMode::off && (waited_ >= 0 || decide(estimate));
     waited_ = lit ? waited_ + 1 : -1;
     if (lit)
-        tokens_ = std::max(tokens_ - 1, 0.0);
+        --tokens_; // a wake that had begun may overdraw them
     exhausted_ = exhausted_ ? tokens_ < policy_.budget_burst / 2 : tokens_ < 1;
     return lit;
 }

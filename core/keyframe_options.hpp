@@ -12,7 +12,7 @@ namespace afterglow {
 /// How a held camera moves (one sigma).
 struct MotionOptions {
     float speed = 0.2f;                 ///< m/s
-    float angular_acceleration = 60.0f; ///< rad/s^2
+    float angular_acceleration = 15.0f; ///< rad/s^2
     /// Longest time from the first to the last row of a picture being read; 0 = global shutter.
     float readout_s = 0.03f;
 };

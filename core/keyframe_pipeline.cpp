@@ -24,7 +24,8 @@ KeyframePipeline::KeyframePipeline(const KeyframeOptions &options, const Intrins
     : camera_(camera), options_(options), pool_(pool), tracker_(options.alignment),
       keyframes_(options.compose.keyframes, camera, options.surface, options.texture),
       image_(camera.width, camera.height, options.texture.coarsest_level),
-      arriving_(camera.width, camera.height, options.surface), composer_(camera, options, pool) {
+      arriving_(camera.width, camera.height, options.surface), composer_(camera, options, pool),
+      motion_mask_(camera, options.alignment) {
     estimate_.depth = composer_.depth();
     estimate_.confidence = composer_.confidence();
 }
@@ -49,8 +50,12 @@ const Estimate &KeyframePipeline::track(LumaView luma, std::int64_t t_ns) {
     estimate_.matches = alignment_.points;
     estimate_.inliers = static_cast<int>(
         std::lround(alignment_.inlier_share * static_cast<float>(alignment_.points)));
-    if (!alignment_.good)
+    if (alignment_.good) {
+        motion_mask_.find(keyframes_[reference_].texture, image_, alignment_, composer_.depth());
+        composer_.distrust(motion_mask_);
+    } else {
         composer_.clear();
+    }
     estimate_.wants_measurement = !alignment_.good;
     publish(alignment_.good ? FrameSource::estimated : FrameSource::none);
     return estimate_;

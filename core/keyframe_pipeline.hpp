@@ -7,6 +7,7 @@
 #include "core/estimate.hpp"
 #include "core/keyframe.hpp"
 #include "core/keyframe_options.hpp"
+#include "core/motion_mask.hpp"
 #include "core/pose_tracker.hpp"
 #include "core/pyramid.hpp"
 #include "core/worker_pool.hpp"
@@ -42,6 +43,7 @@ private:
     Pyramid image_;
     DepthSurface arriving_;
     DepthComposer composer_;
+    MotionMask motion_mask_;
     Alignment alignment_;
 
     Pose now_;      ///< world to camera at the last image

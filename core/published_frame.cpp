@@ -15,7 +15,7 @@ PublishedFrame::PublishedFrame(const Intrinsics &camera)
 void PublishedFrame::begin(std::int64_t t_ns) {
     t_ns_ = t_ns;
     estimate.inliers = estimate.matches = 0;
-    estimate.age_frames += has_depth();
+    ++frames_since_measured_;
 }
 
 const Estimate &PublishedFrame::give_measured(DepthView depth) {
@@ -24,7 +24,7 @@ const Estimate &PublishedFrame::give_measured(DepthView depth) {
         std::copy_n(depth.row(v), depth.width(), depth_.row(v));
     measured_ns_ = t_ns_;
     estimate.pose = Pose::identity();
-    estimate.age_frames = 0;
+    frames_since_measured_ = 0;
     give(FrameSource::measured, 255);
     return estimate;
 }
@@ -49,9 +49,11 @@ void PublishedFrame::give(FrameSource source, std::uint8_t confidence) {
         plane[i] = depth[i] != 0 ? confidence : 0;
     }
     estimate.source = source;
-    estimate.age_ns = source == FrameSource::none ? 0 : t_ns_ - measured_ns_;
+    const bool nothing = source == FrameSource::none;
+    estimate.age_frames = nothing ? 0 : frames_since_measured_;
+    estimate.age_ns = nothing ? 0 : t_ns_ - measured_ns_;
     estimate.coverage = 100 * static_cast<float>(covered) / static_cast<float>(depth.size());
-    estimate.wants_measurement = source == FrameSource::none;
+    estimate.wants_measurement = nothing;
 }
 
 } // namespace afterglow

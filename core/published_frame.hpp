@@ -42,6 +42,7 @@ private:
     Image<std::uint8_t> confidence_;
     std::int64_t t_ns_ = 0;
     std::int64_t measured_ns_ = 0;
+    std::uint32_t frames_since_measured_ = 0;
 };
 
 } // namespace afterglow

@@ -58,7 +58,9 @@ public:
     explicit Viewer(const Film &seen, const EstimatorOptions &options = {}, int workers = 1)
         : film_(seen), pool_(workers), estimator_(options, seen.camera, pool_) {}
 
-    const Estimate &track(int frame) { return track(film_.images[static_cast<std::size_t>(frame)]); }
+    const Estimate &track(int frame) {
+        return track(film_.images[static_cast<std::size_t>(frame)]);
+    }
     const Estimate &track(const Luma &image) { return estimator_.track(image, t_ns_ += frame_ns); }
     const Estimate &measure(int frame) {
         return estimator_.measure(film_.depth[static_cast<std::size_t>(frame)]);

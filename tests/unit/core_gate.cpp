@@ -2,6 +2,10 @@
 #include "core/gate.hpp"
 #include "tests/catch.hpp"
 
+#include <algorithm>
+#include <random>
+#include <vector>
+
 using namespace afterglow;
 
 namespace {
@@ -9,11 +13,48 @@ namespace {
 const Estimate good{.source = FrameSource::estimated};
 const Estimate bad{.source = FrameSource::none, .wants_measurement = true};
 
-Gate measured_gate(GatePolicy policy) {
+/// An estimate that predicts its error and coverage, percent.
+Estimate expecting(double mre, double coverage = 100, double fresh_mre = 0) {
+    Estimate e{.source = FrameSource::estimated};
+    e.expected_mre = static_cast<float>(mre);
+    e.fresh_mre = static_cast<float>(fresh_mre);
+    e.relative_coverage = static_cast<float>(coverage);
+    return e;
+}
+
+/// A gate whose first measurement took `latency` images to arrive.
+Gate measured_gate(const GatePolicy &policy, int latency = 0) {
     Gate gate(policy);
-    gate.wants_light(bad);
+    for (int i = 0; i <= latency; ++i)
+        gate.wants_light(bad);
     gate.measured();
     return gate;
+}
+
+/// The number of the image, from 1, for which the gate first asks for light; 0: never in `most`.
+template <class Estimates>
+int first_lit(Gate &gate, int most, Estimates &&estimate) {
+    for (int k = 1; k <= most; ++k)
+        if (gate.wants_light(estimate(k)))
+            return k;
+    return 0;
+}
+
+/// The images for which a gate asks for light, of `frames`; a measurement arrives with the last of
+/// `1 + latency` lit images in a row.
+template <class Estimates>
+std::vector<bool> lit_images(Gate &gate, int frames, int latency, Estimates &&estimate) {
+    std::vector<bool> lit;
+    int row = 0;
+    for (int k = 0; k < frames; ++k) {
+        lit.push_back(gate.wants_light(estimate(k)));
+        row = lit.back() ? row + 1 : 0;
+        if (row == 1 + latency) {
+            gate.measured();
+            row = 0;
+        }
+    }
+    return lit;
 }
 
 } // namespace
@@ -56,5 +97,139 @@ TEST_CASE("an always-on gate keeps its light", "[core]") {
     CHECK(gate.wants_light(good));
     gate.set_mode(GateMode::off);
     CHECK_FALSE(gate.keeps_light());
+    CHECK_FALSE(gate.wants_light(bad));
+}
+
+TEST_CASE("an expected error past the target lights, one within it does not", "[core]") {
+    Gate gate = measured_gate({.target_mre = 1.2});
+    CHECK_FALSE(gate.wants_light(expecting(1.19)));
+    CHECK(gate.wants_light(expecting(1.21)));
+}
+
+TEST_CASE("no light is wasted where a measurement would be hardly better", "[core]") {
+    Gate gate = measured_gate({.target_mre = 1.2, .worthwhile = 75});
+    CHECK_FALSE(gate.wants_light(expecting(2.0, 100, 1.6)));
+    CHECK(gate.wants_light(expecting(2.0, 100, 1.4)));
+}
+
+TEST_CASE("lost coverage lights even if what is left is good", "[core]") {
+    Gate gate = measured_gate({.coverage_floor = 70});
+    CHECK_FALSE(gate.wants_light(expecting(0.1, 71)));
+    CHECK(gate.wants_light(expecting(0.1, 69)));
+}
+
+TEST_CASE("an estimate that predicts nothing lights only when it asks", "[core]") {
+    Gate gate = measured_gate({});
+    Estimate silent = expecting(-1, 0);
+    CHECK_FALSE(gate.wants_light(silent));
+    silent.wants_measurement = true;
+    CHECK(gate.wants_light(silent));
+}
+
+TEST_CASE("measurements keep the shortest and the longest interval", "[core]") {
+    Gate gate = measured_gate({.shortest_interval_frames = 4, .longest_interval_frames = 9});
+    CHECK(first_lit(gate, 100, [](int) { return bad; }) == 4);
+    gate.measured();
+    CHECK(first_lit(gate, 100, [](int) { return expecting(0.1); }) == 9);
+}
+
+TEST_CASE("the gate learns how long a measurement takes to arrive", "[core]") {
+    CHECK(measured_gate({}).wake_latency_frames() == 0);
+    Gate gate = measured_gate({}, 3);
+    CHECK(gate.wake_latency_frames() == 3);
+    CHECK(gate.wants_light(bad));
+    gate.measured();
+    CHECK(gate.wake_latency_frames() == 0);
+}
+
+TEST_CASE("a slow TOF camera is lit so early that its map arrives in time", "[core]") {
+    const int latency = GENERATE(1, 3, 5);
+    INFO(latency);
+    SECTION("for the interval") {
+        Gate gate = measured_gate({.mode = GateMode::interval, .interval_frames = 10}, latency);
+        CHECK(first_lit(gate, 100, [](int) { return good; }) == 10 - latency);
+    }
+    SECTION("for the longest interval") {
+        Gate gate = measured_gate({.longest_interval_frames = 30}, latency);
+        CHECK(first_lit(gate, 100, [](int) { return expecting(0.1); }) == 30 - latency);
+    }
+    SECTION("for an error that grows evenly") {
+        Gate gate = measured_gate({.target_mre = 1.2}, latency);
+        // 1.2 % is passed with image 21.
+        const int lit = first_lit(gate, 100, [](int k) { return expecting(0.2 + 0.05 * k); });
+        CHECK(lit >= 21 - latency - 1);
+        CHECK(lit <= 21 - latency + 1);
+    }
+    SECTION("for coverage that shrinks evenly") {
+        Gate gate = measured_gate({.coverage_floor = 70}, latency);
+        // 70 % is left with image 16.
+        const int lit = first_lit(gate, 100, [](int k) { return expecting(0.1, 101.5 - 2 * k); });
+        CHECK(lit >= 16 - latency - 1);
+        CHECK(lit <= 16 - latency + 1);
+    }
+}
+
+TEST_CASE("an error that shrinks is not expected to grow", "[core]") {
+    Gate gate = measured_gate({.target_mre = 1.2}, 5);
+    CHECK(first_lit(gate, 50, [](int k) { return expecting(1.1 - 0.01 * k); }) == 0);
+}
+
+TEST_CASE("the light never takes more of the long run than its budget", "[core]") {
+    const double budget = GENERATE(2.0, 5.0, 20.0, 50.0);
+    const int latency = GENERATE(0, 1, 4, 10);
+    const int demand = GENERATE(0, 1, 2);
+    INFO(budget << " %, latency " << latency << ", demand " << demand);
+    constexpr int frames = 20'000;
+    const GatePolicy policy{.duty_cycle_budget = budget};
+    Gate gate(policy);
+    std::mt19937 random(7);
+    const auto lit = lit_images(gate, frames, latency, [&](int) {
+        switch (demand) {
+        case 0:
+            return bad; // always
+        case 1:
+            return random() % 4 == 0 ? bad : expecting(0.1);
+        default:
+            return expecting(0.1 * static_cast<double>(random() % 20), 100, 0.1);
+        }
+    });
+    const auto used = std::count(lit.begin(), lit.end(), true);
+    // Beyond its share only what may be saved up, and a wake that had begun.
+    CHECK(static_cast<double>(used) <= budget / 100 * frames + policy.budget_burst + 1 + latency);
+    CHECK(static_cast<double>(used) > 0.5 * budget / 100 * frames / (demand == 0 ? 1 : 5));
+}
+
+TEST_CASE("a spent budget lights in bursts, and does not flap", "[core]") {
+    const GatePolicy policy{.duty_cycle_budget = 10, .budget_burst = 8};
+    Gate gate(policy);
+    const auto lit = lit_images(gate, 2'000, 0, [](int) { return bad; });
+    int changes = 0;
+    for (std::size_t k = 1; k < lit.size(); ++k)
+        changes += lit[k] != lit[k - 1];
+    const auto used = std::count(lit.begin(), lit.end(), true);
+    // Half the burst is saved up before each turn: four frames in a row, on and off again.
+    CHECK(changes <= 2 * (used / 3 + 1));
+}
+
+TEST_CASE("a gate without demand saves no more than its burst", "[core]") {
+    const GatePolicy policy{
+        .longest_interval_frames = 100'000, .duty_cycle_budget = 10, .budget_burst = 6};
+    Gate gate = measured_gate(policy);
+    for (int k = 0; k < 1'000; ++k)
+        REQUIRE_FALSE(gate.wants_light(expecting(0.1)));
+    int row = 0;
+    while (row < 100 && gate.wants_light(bad)) {
+        gate.measured();
+        ++row;
+    }
+    CHECK(row >= 5);
+    CHECK(row <= 7);
+}
+
+TEST_CASE("the first measurement is never refused by the budget", "[core]") {
+    Gate gate({.duty_cycle_budget = 0.01, .budget_burst = 1});
+    for (int k = 0; k < 50; ++k)
+        CHECK(gate.wants_light(bad)); // a camera that takes its time
+    gate.measured();
     CHECK_FALSE(gate.wants_light(bad));
 }

@@ -2,6 +2,7 @@
 #include "tools/eval/ablate.hpp"
 
 #include "tools/eval/evaluation.hpp"
+#include "tools/eval/json.hpp"
 #include "tools/eval/progress.hpp"
 #include "tools/eval/summary.hpp"
 
@@ -10,6 +11,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <iterator>
 #include <optional>
 #include <string_view>
 
@@ -124,22 +126,24 @@ std::string to_markdown(const std::vector<Summary> &rows) {
 
 /// Objects of the variant, its assignments, its summary as `run --json` gives it, and its change
 /// against the first variant.
-std::string to_json(const std::vector<Summary> &rows) {
+std::vector<std::string> to_json(const std::vector<Summary> &rows) {
     std::vector<std::string> objects;
     for (std::size_t row = 0; row < rows.size(); ++row) {
         const Variant &variant = variants()[row];
+        std::vector<std::string> assignments;
+        for (const std::string &assignment : variant.assignments)
+            assignments.push_back(json_string(assignment));
         std::vector<std::string> changes;
-        for (const Column &column : columns) {
-            const auto by = change(column, rows[0], rows[row]);
-            changes.push_back(
-                fmt::format("\"{}\": {}", column.key, by ? fmt::format("{:.4f}", *by) : "null"));
-        }
-        // fmt prints a range of strings quoted, as JSON does.
-        objects.push_back(fmt::format(
-            R"({{"variant": "{}", "assignments": {}, "summary": {}, "change": {{{}}}}})",
-            variant.name, variant.assignments, to_json(rows[row]), fmt::join(changes, ", ")));
+        for (const Column &column : columns)
+            changes.push_back(fmt::format("\"{}\": {}", column.key,
+                                          json_number(change(column, rows[0], rows[row]))));
+        objects.push_back(
+            json_object({{"variant", json_string(std::string(variant.name))},
+                         {"assignments", json_array(assignments)},
+                         {"summary", to_json(rows[row])},
+                         {"change", fmt::format("{{{}}}", fmt::join(changes, ", "))}}));
     }
-    return fmt::format("{}", fmt::join(objects, ",\n"));
+    return objects;
 }
 
 Result<Summary> score(const AblateArguments &arguments, const std::string &dataset,
@@ -182,7 +186,7 @@ void AblateArguments::add_to(CLI::App &command) {
 }
 
 Status ablate(const AblateArguments &arguments) {
-    std::vector<std::string> tables;
+    std::vector<std::string> objects;
     for (const std::string &dataset : arguments.datasets) {
         std::vector<Summary> rows;
         for (const Variant &variant : variants()) {
@@ -191,14 +195,14 @@ Status ablate(const AblateArguments &arguments) {
                 return summary.error();
             rows.push_back(*std::move(summary));
         }
-        tables.push_back(arguments.json       ? to_json(rows)
-                         : arguments.markdown ? to_markdown(rows)
-                                              : to_text(rows));
+        if (arguments.json)
+            std::ranges::move(to_json(rows), std::back_inserter(objects));
+        else
+            fmt::print("{}\n", arguments.markdown ? to_markdown(rows) : to_text(rows));
+        std::fflush(stdout);
     }
     if (arguments.json)
-        fmt::print("[{}]\n", fmt::join(tables, ",\n"));
-    else
-        fmt::print("{}", fmt::join(tables, "\n"));
+        fmt::print("{}\n", json_array(objects));
     return ok();
 }
 

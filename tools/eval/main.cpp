@@ -2,6 +2,10 @@
 #include "tools/eval/ablate.hpp"
 #include "tools/eval/live.hpp"
 #include "tools/eval/run.hpp"
+#ifdef AFTERGLOW_REPORT
+#include "tools/eval/import.hpp"
+#include "tools/eval/report/report.hpp"
+#endif
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -42,6 +46,19 @@ public:
         add_tuned<AblateArguments>(
             "ablate", "Score recordings with each stage of the estimator switched off in turn",
             ablate);
+#ifdef AFTERGLOW_REPORT
+        add_report("compare", "Every system at about one duty cycle (Tables III, IV)",
+                   {.compare = true});
+        add_report("tradeoff", "Duty cycle against error, a curve for every system",
+                   {.tradeoff = true});
+        add_report("runtime", "Times of flow, stages and systems (Tables I, V)", {.runtime = true});
+        add_report("ransac", "What RANSAC is worth (Table II)", {.ransac = true});
+        add_report("power", "Power of the whole system (Table VI)", {.power = true});
+        add_report("infill", "Give back depth that the TOF camera cannot see", {.infill = true});
+        add_report("report", "All of these in one report", Experiments::all());
+        add<MergeArguments>("merge", "One report of many jobs' run --json", {}, merge);
+        add<ImportArguments>("import", "Turn a published dataset into a recording", {}, import);
+#endif
     }
 
     const Command &chosen() const {
@@ -69,6 +86,13 @@ private:
             return resolved ? ok() : Status(resolved.error());
         };
     }
+#ifdef AFTERGLOW_REPORT
+    void add_report(const char *name, const char *description, const Experiments &experiments) {
+        ReportArguments arguments;
+        arguments.experiments = experiments;
+        add<ReportArguments>(name, description, std::move(arguments), report);
+    }
+#endif
 
     CLI::App &app_;
     std::vector<Command> commands_;
