@@ -43,6 +43,9 @@ add_compile_options(-ffp-contract=off)
 if(AFTERGLOW_SANITIZE)
   add_compile_options(-fsanitize=${AFTERGLOW_SANITIZE} -fno-omit-frame-pointer
                       -fno-sanitize-recover=all)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL GNU)
+    add_compile_options(-Wno-maybe-uninitialized) # the sanitizers' own code raises it
+  endif()
   add_link_options(-fsanitize=${AFTERGLOW_SANITIZE})
 endif()
 include_directories(${PROJECT_SOURCE_DIR})
