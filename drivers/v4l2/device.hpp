@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/result.hpp"
+#include "core/unique_fd.hpp"
+#include "drivers/v4l2/system_calls.hpp"
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace afterglow::v4l2 {
+
+/// "YUYV" for a person: letters of the code, without trailing blanks.
+std::string to_string(std::uint32_t fourcc);
+/// The code of one to four letters; 0 for any other text. Big-endian formats end in "-BE".
+std::uint32_t fourcc_from_string(std::string_view text);
+
+/// Opens a device by path, by-id or by-path name, bus information or card name. A video node found
+/// by its bus or card is the first of them that captures. Errors keep the errno: ENOENT or ENODEV
+/// where there is no such device now.
+Result<UniqueFd> open_device(SystemCalls &calls, const std::string &name);
+
+/// What `errno` means to somebody who uses the camera `name`.
+Error device_error(const std::string &name, std::string_view doing, int code);
+
+} // namespace afterglow::v4l2

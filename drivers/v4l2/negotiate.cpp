@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/v4l2/negotiate.hpp"
+
+#include "drivers/v4l2/device.hpp"
+
+#include <fmt/format.h>
+#include <linux/videodev2.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+namespace afterglow::v4l2 {
+namespace {
+
+/// A rate this much below the wished-for one is still it: 29.97 for 30.
+constexpr double rate_tolerance = 0.98;
+
+double rate_of(const v4l2_fract &period) {
+    return period.numerator == 0 ? 0 : static_cast<double>(period.denominator) / period.numerator;
+}
+
+Result<std::uint32_t> capture_type(SystemCalls &calls, int fd, const std::string &device) {
+    v4l2_capability about = {};
+    if (calls.ioctl(fd, VIDIOC_QUERYCAP, &about) != 0)
+        return device_error(device, "say what it is", errno);
+    const std::uint32_t can =
+        (about.capabilities & V4L2_CAP_DEVICE_CAPS) != 0 ? about.device_caps : about.capabilities;
+    if ((can & V4L2_CAP_STREAMING) != 0 && (can & V4L2_CAP_VIDEO_CAPTURE) != 0)
+        return static_cast<std::uint32_t>(V4L2_BUF_TYPE_VIDEO_CAPTURE);
+    if ((can & V4L2_CAP_STREAMING) != 0 && (can & V4L2_CAP_VIDEO_CAPTURE_MPLANE) != 0)
+        return static_cast<std::uint32_t>(V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE);
+    return Error{fmt::format("'{}' is a video device that captures no images", device), ENODEV};
+}
+
+std::vector<std::uint32_t> formats_of(SystemCalls &calls, int fd, std::uint32_t type) {
+    std::vector<std::uint32_t> formats;
+    v4l2_fmtdesc format = {};
+    format.type = type;
+    for (; calls.ioctl(fd, VIDIOC_ENUM_FMT, &format) == 0; ++format.index)
+        formats.push_back(format.pixelformat);
+    return formats;
+}
+
+/// Whether frames of the wished-for size exist in this format. A driver that cannot list its
+/// sizes is asked for one when the format is set.
+bool has_size(SystemCalls &calls, int fd, std::uint32_t fourcc, const Wish &wish) {
+    const auto w = static_cast<std::uint32_t>(wish.width);
+    const auto h = static_cast<std::uint32_t>(wish.height);
+    v4l2_frmsizeenum size = {};
+    size.pixel_format = fourcc;
+    for (; calls.ioctl(fd, VIDIOC_ENUM_FRAMESIZES, &size) == 0; ++size.index) {
+        if (size.type != V4L2_FRMSIZE_TYPE_DISCRETE) {
+            const v4l2_frmsize_stepwise &range = size.stepwise;
+            return w >= range.min_width && w <= range.max_width && h >= range.min_height &&
+                   h <= range.max_height;
+        }
+        if (size.discrete.width == w && size.discrete.height == h)
+            return true;
+    }
+    return size.index == 0;
+}
+
+/// The best rate up to the wished-for one; that itself where the driver cannot list its rates.
+double best_rate(SystemCalls &calls, int fd, std::uint32_t fourcc, const Wish &wish) {
+    v4l2_frmivalenum interval = {};
+    interval.pixel_format = fourcc;
+    interval.width = static_cast<std::uint32_t>(wish.width);
+    interval.height = static_cast<std::uint32_t>(wish.height);
+    double best = 0;
+    for (; calls.ioctl(fd, VIDIOC_ENUM_FRAMEINTERVALS, &interval) == 0; ++interval.index) {
+        if (interval.type != V4L2_FRMIVAL_TYPE_DISCRETE)
+            return std::min(wish.fps, rate_of(interval.stepwise.min));
+        best = std::max(best, rate_of(interval.discrete));
+    }
+    return interval.index == 0 ? wish.fps : std::min(wish.fps, best);
+}
+
+/// 0 where no format will do.
+std::uint32_t choose(SystemCalls &calls, int fd, const std::vector<std::uint32_t> &offered,
+                     const Wish &wish) {
+    std::uint32_t chosen = 0;
+    double fastest = 0;
+    for (const std::uint32_t fourcc : wish.formats) {
+        if (std::find(offered.begin(), offered.end(), fourcc) == offered.end() ||
+            !has_size(calls, fd, fourcc, wish))
+            continue;
+        const double rate = best_rate(calls, fd, fourcc, wish);
+        if (rate >= wish.fps * rate_tolerance)
+            return fourcc;
+        if (rate > fastest) {
+            fastest = rate;
+            chosen = fourcc;
+        }
+    }
+    return chosen;
+}
+
+Error no_format(const std::vector<std::uint32_t> &offered, const Wish &wish) {
+    std::string names;
+    for (const std::uint32_t fourcc : offered)
+        names += (names.empty() ? "" : ", ") + to_string(fourcc);
+    return {fmt::format("the camera '{}' has no usable format of {}x{} (it offers {})", wish.device,
+                        wish.width, wish.height, names.empty() ? "none" : names),
+            EINVAL};
+}
+
+Result<FrameLayout> set_format(SystemCalls &calls, int fd, std::uint32_t type, std::uint32_t fourcc,
+                               const Wish &wish) {
+    const bool planes = type == V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE;
+    v4l2_format format = {};
+    format.type = type;
+    // The first four fields of pix and pix_mp are the same: width, height, format, field.
+    format.fmt.pix.width = static_cast<std::uint32_t>(wish.width);
+    format.fmt.pix.height = static_cast<std::uint32_t>(wish.height);
+    format.fmt.pix.pixelformat = fourcc;
+    format.fmt.pix.field = V4L2_FIELD_NONE;
+    if (calls.ioctl(fd, VIDIOC_S_FMT, &format) != 0)
+        return device_error(wish.device, "set the format", errno);
+
+    const v4l2_pix_format &got = format.fmt.pix;
+    if (got.pixelformat != fourcc || got.width != static_cast<std::uint32_t>(wish.width) ||
+        got.height != static_cast<std::uint32_t>(wish.height))
+        return Error{fmt::format("the camera '{}' gives {} of {}x{} instead of {} of {}x{}",
+                                 wish.device, to_string(got.pixelformat), got.width, got.height,
+                                 to_string(fourcc), wish.width, wish.height),
+                     EINVAL};
+    if (got.field != V4L2_FIELD_NONE && got.field != V4L2_FIELD_ANY)
+        return Error{fmt::format("the camera '{}' gives interlaced images", wish.device), EINVAL};
+
+    FrameLayout layout;
+    layout.buffer_type = type;
+    layout.fourcc = fourcc;
+    layout.width = wish.width;
+    layout.height = wish.height;
+    layout.stride = planes ? format.fmt.pix_mp.plane_fmt[0].bytesperline : got.bytesperline;
+    layout.size = planes ? format.fmt.pix_mp.plane_fmt[0].sizeimage : got.sizeimage;
+    return layout;
+}
+
+std::int64_t set_rate(SystemCalls &calls, int fd, std::uint32_t type, double fps) {
+    v4l2_streamparm rate = {};
+    rate.type = type;
+    rate.parm.capture.timeperframe = {1000, static_cast<std::uint32_t>(std::lround(fps * 1000))};
+    double got = 0;
+    if (calls.ioctl(fd, VIDIOC_S_PARM, &rate) == 0)
+        got = rate_of(rate.parm.capture.timeperframe);
+    return std::llround(1e9 / (got > 0 ? got : fps));
+}
+
+} // namespace
+
+Result<FrameLayout> negotiate(SystemCalls &calls, int fd, const Wish &wish) {
+    const Result<std::uint32_t> type = capture_type(calls, fd, wish.device);
+    if (!type)
+        return type.error();
+    const std::vector<std::uint32_t> offered = formats_of(calls, fd, *type);
+    const std::uint32_t fourcc = choose(calls, fd, offered, wish);
+    if (fourcc == 0)
+        return no_format(offered, wish);
+    Result<FrameLayout> layout = set_format(calls, fd, *type, fourcc, wish);
+    if (layout)
+        layout->period_ns = set_rate(calls, fd, *type, wish.fps);
+    return layout;
+}
+
+void forbid_slow_exposure(SystemCalls &calls, int fd) {
+    // exposure_dynamic_framerate; exposure_auto_priority before Linux 5.9. Most have neither.
+    v4l2_control control = {V4L2_CID_EXPOSURE_AUTO_PRIORITY, 0};
+    calls.ioctl(fd, VIDIOC_S_CTRL, &control);
+}
+
+} // namespace afterglow::v4l2

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/result.hpp"
+#include "drivers/v4l2/system_calls.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+
+namespace afterglow::v4l2 {
+
+/// What is wanted of a camera.
+struct Wish {
+    std::string device;
+    int width = 0;
+    int height = 0;
+    double fps = 0;
+    std::span<const std::uint32_t> formats; ///< FourCCs; of equals the first is taken
+};
+
+/// How a device's frames lie in memory, and how often they come.
+struct FrameLayout {
+    std::uint32_t buffer_type = 0; ///< V4L2_BUF_TYPE_VIDEO_CAPTURE, or its _MPLANE
+    std::uint32_t fourcc = 0;
+    int width = 0;
+    int height = 0;
+    std::size_t stride = 0; ///< bytes from row to row of the first plane
+    std::size_t size = 0;   ///< bytes of a frame at most
+    std::int64_t period_ns = 0;
+};
+
+/// Sets format, size and rate of an open device that nobody streams from: the first of the
+/// wished-for formats that the device has at this size and rate; where none is so fast, the
+/// fastest. Errors: it does not capture, has no such format or size, or is in use.
+Result<FrameLayout> negotiate(SystemCalls &calls, int fd, const Wish &wish);
+
+/// Keeps a camera from lengthening its frames when it is dark, where it has a control for that.
+void forbid_slow_exposure(SystemCalls &calls, int fd);
+
+} // namespace afterglow::v4l2

@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/v4l2/stream.hpp"
+
+#include "drivers/v4l2/device.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <cerrno>
+#include <cstring>
+#include <poll.h>
+
+namespace afterglow::v4l2 {
+
+Result<FrameLayout> Stream::start() {
+    stop();
+    Result<UniqueFd> fd = open_device(calls_, wish_.device);
+    if (!fd)
+        return fd.error();
+    Result<FrameLayout> layout = negotiate(calls_, fd->get(), wish_);
+    if (!layout)
+        return layout;
+    forbid_slow_exposure(calls_, fd->get());
+    Result<BufferQueue> queue =
+        BufferQueue::start(calls_, fd->get(), layout->buffer_type, wish_.device);
+    if (!queue)
+        return queue.error();
+
+    fd_ = std::move(*fd);
+    queue_.emplace(*std::move(queue));
+    count_ = FrameCount();
+    clock_ = FrameClock(layout->period_ns);
+    stuck_at_ns_ = calls_.now_ns() + patience_.first_frame.count();
+    return layout;
+}
+
+void Stream::stop() {
+    held_.reset();
+    queue_.reset();
+    fd_ = UniqueFd();
+}
+
+Capture Stream::next(RawFrame &frame, std::chrono::nanoseconds timeout) {
+    assert(queue_ && !held_);
+    const std::int64_t deadline_ns = calls_.now_ns() + timeout.count();
+    v4l2_buffer buffer = {};
+    while (!queue_->dequeue(buffer)) {
+        if (errno != EAGAIN)
+            return lost(errno);
+        if (const std::optional<Capture> end = wait(deadline_ns))
+            return *end;
+    }
+    return accept(buffer, frame);
+}
+
+std::optional<Capture> Stream::wait(std::int64_t deadline_ns) {
+    const std::int64_t now_ns = calls_.now_ns();
+    if (now_ns >= stuck_at_ns_)
+        return lost(ETIMEDOUT);
+    if (now_ns >= deadline_ns)
+        return Capture::none;
+    const std::int64_t until_ns = std::min(deadline_ns, stuck_at_ns_);
+    const int events = calls_.poll(fd_.get(), std::chrono::nanoseconds(until_ns - now_ns));
+    // An error without a frame: dequeuing says which, unless the driver has just stopped.
+    v4l2_buffer buffer = {};
+    if ((events & (POLLERR | POLLHUP)) != 0 && (events & POLLIN) == 0)
+        return lost(queue_->dequeue(buffer) || errno == EAGAIN ? EIO : errno);
+    return std::nullopt;
+}
+
+Capture Stream::accept(const v4l2_buffer &first, RawFrame &frame) {
+    v4l2_buffer buffer = first;
+    std::uint64_t sequence = count_.next(buffer.sequence);
+    v4l2_buffer newer = {};
+    while (backlog_ == Backlog::newest && queue_->dequeue(newer)) {
+        if (!queue_->queue(buffer.index))
+            return lost(errno);
+        buffer = newer;
+        sequence = count_.next(buffer.sequence);
+    }
+    held_ = buffer.index;
+    const std::int64_t now_ns = calls_.now_ns();
+    stuck_at_ns_ = now_ns + patience_.next_frame.count();
+    frame = {queue_->bytes(buffer), clock_.capture_time(buffer, now_ns), sequence};
+    if ((buffer.flags & V4L2_BUF_FLAG_ERROR) == 0)
+        return Capture::frame;
+    release();
+    return damaged("the driver marks its data as corrupt");
+}
+
+void Stream::release() {
+    // A driver that refuses its own buffer has stopped, and says so when the next one is awaited.
+    queue_->queue(*held_);
+    held_.reset();
+}
+
+Capture Stream::damaged(std::string_view why) {
+    problem_ = fmt::format("an image of the camera '{}' is dropped: {}", wish_.device, why);
+    return Capture::damaged;
+}
+
+Capture Stream::lost(int code) {
+    switch (code) {
+    case ENODEV:
+        problem_ = fmt::format("the camera '{}' was unplugged", wish_.device);
+        break;
+    case ETIMEDOUT:
+        problem_ = fmt::format("the camera '{}' gives no images", wish_.device);
+        break;
+    default:
+        problem_ = fmt::format("the camera '{}' stopped: {}", wish_.device, std::strerror(code));
+        break;
+    }
+    return Capture::lost;
+}
+
+} // namespace afterglow::v4l2

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/result.hpp"
+#include "core/unique_fd.hpp"
+#include "drivers/source.hpp"
+#include "drivers/v4l2/buffer_queue.hpp"
+#include "drivers/v4l2/frame_time.hpp"
+#include "drivers/v4l2/negotiate.hpp"
+#include "drivers/v4l2/system_calls.hpp"
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+
+namespace afterglow::v4l2 {
+
+/// A frame in the driver's memory.
+struct RawFrame {
+    std::span<const std::uint8_t> bytes; ///< of the first plane
+    std::int64_t t_ns = 0;
+    std::uint64_t sequence = 0;
+};
+
+/// What becomes of frames that came while nobody waited for one.
+enum class Backlog {
+    newest,  ///< all but the last are passed over
+    in_order ///< each is given, oldest first
+};
+
+/// How long a camera may give nothing before it counts as stuck. USB cameras take a second or two
+/// from sleep to their first image.
+struct Patience {
+    std::chrono::nanoseconds first_frame = std::chrono::seconds(3);
+    std::chrono::nanoseconds next_frame = std::chrono::seconds(1);
+
+    static constexpr Patience endless() { return {std::chrono::years(1), std::chrono::years(1)}; }
+};
+
+/// Streams a camera's frames.
+///
+///   stopped ─start()─▶ streaming ─device gone, errors, silence─▶ Capture::lost ─start()─▶ ...
+///
+/// One thread at a time, the estimator's. next() allocates nothing but to describe a problem.
+class Stream {
+public:
+    /// `wish.formats` must outlive the stream.
+    Stream(SystemCalls &calls, Wish wish, Backlog backlog, const Patience &patience)
+        : calls_(calls), wish_(std::move(wish)), backlog_(backlog), patience_(patience) {}
+
+    /// Finds and opens the device, wherever it is by now, and begins to stream.
+    Result<FrameLayout> start();
+    /// Gives the device back. Nothing happens if it is stopped.
+    void stop();
+
+    /// Waits for a frame. Its bytes stay until release(), which must follow each Capture::frame.
+    Capture next(RawFrame &frame, std::chrono::nanoseconds timeout);
+    /// Gives the frame's memory back to the driver.
+    void release();
+
+    /// Reports a frame that is of no use.
+    Capture damaged(std::string_view why);
+    const std::string &problem() const { return problem_; }
+    int fd() const { return fd_.get(); }
+
+private:
+    Capture accept(const v4l2_buffer &first, RawFrame &frame);
+    /// Waits until a frame may be there (nothing), the time is over, or the camera lost.
+    std::optional<Capture> wait(std::int64_t deadline_ns);
+    Capture lost(int code);
+
+    SystemCalls &calls_;
+    const Wish wish_;
+    const Backlog backlog_;
+    const Patience patience_;
+
+    UniqueFd fd_;
+    std::optional<BufferQueue> queue_;
+    std::optional<std::uint32_t> held_; ///< the buffer between next() and release()
+    FrameCount count_;
+    FrameClock clock_;
+    std::int64_t stuck_at_ns_ = 0; ///< if nothing comes before
+    std::string problem_;
+};
+
+} // namespace afterglow::v4l2

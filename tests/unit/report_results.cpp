@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/catch.hpp"
+#include "tools/eval/report/html.hpp"
+#include "tools/eval/report/paper_figures.hpp"
+#include "tools/eval/report/plot.hpp"
+#include "tools/eval/report/png_data.hpp"
+#include "tools/eval/report/results_json.hpp"
+#include "tools/eval/report/table.hpp"
+#include "tools/eval/report/tradeoff.hpp"
+
+#include <functional>
+#include <string>
+#include <vector>
+
+using namespace afterglow;
+
+namespace {
+
+Score score(const char *dataset, const char *system, const char *knob, double value,
+            double duty_cycle, double mre) {
+    Score s;
+    s.setting = {knob, value};
+    s.summary.dataset = dataset;
+    s.summary.preset = system;
+    s.summary.frames = 100;
+    s.summary.duty_cycle = duty_cycle;
+    s.summary.mre_median = mre;
+    s.summary.mre_mean = mre;
+    s.summary.mae_cm_median = 2 * mre;
+    s.summary.rmse_cm_median = 3 * mre;
+    s.summary.coverage_median = 90;
+    return s;
+}
+
+/// Something of everything.
+Results sample() {
+    Results r;
+    r.scores = {score("desk", "paper", "threshold", 4, 20, 1.5),
+                score("desk", "paper", "threshold", 2, 40, 1.1),
+                score("desk", "default", "target", 1, 12, 0.9),
+                score("desk", "default", "target", 2, 6, 2.2),
+                score("desk", "copy", "interval", 8, 12.5, 3.3),
+                score("desk", "reverse-warp", "threshold", 4, 20, 1.8),
+                score("desk", "median", "threshold", 4, 20, 1.6)};
+    r.flow_times = {{"Three Step Search", 1.25, 1, 1, 1, 30},
+                    {"Lucas Kanade", 5.5, 4.4, 4.2, 4.6, 30}};
+    r.system_times = {{"paper", 7, 1, 1, 1, 30}, {"default", 2.8, 0.4, 0.38, 0.42, 30}};
+    r.stage_times = {{"flow", 2, 0.25, 0.2, 0.3, 30},
+                     {"pose", 1, 0.125, 0.1, 0.15, 30},
+                     {"reprojection", 5, 0.625, 0.6, 0.7, 30},
+                     {"all", 8, 1, 1, 1, 30}};
+    r.ransac = {{.depth = true, .flow = false, .plain_rmse_m = 0.02, .ransac_rmse_m = 0.005}};
+    InfillScore filled;
+    filled.dataset = "desk";
+    filled.system = "paper";
+    filled.reason = "saturation";
+    filled.trials = 9;
+    filled.overlap_mre = 0.77;
+    filled.filled_mre = 1.23;
+    filled.filled = 87.5;
+    r.infill = {filled};
+    r.pictures = {{"desk", "an image", Image<Rgb>(4, 3, {1, 2, 3})}};
+    return r;
+}
+
+std::string all_tables(const Results &results) {
+    std::string out;
+    for (const Table &table : make_tables(results))
+        out += to_csv(table) + to_text(table);
+    return out;
+}
+
+} // namespace
+
+TEST_CASE("a result that changes changes the page, the tables and the JSON", "[report]") {
+    const Results before = sample();
+    const std::vector<std::pair<const char *, std::function<void(Results &)>>> changes = {
+        {"MRE", [](Results &r) { r.scores[2].summary.mre_median = 0.87; }},
+        {"MAE", [](Results &r) { r.scores[2].summary.mae_cm_median = 7.77; }},
+        {"RMSE", [](Results &r) { r.scores[2].summary.rmse_cm_median = 7.77; }},
+        {"duty cycle", [](Results &r) { r.scores[2].summary.duty_cycle = 13.7; }},
+        {"coverage", [](Results &r) { r.scores[2].summary.coverage_median = 77.7; }},
+        {"setting", [](Results &r) { r.scores[2].setting.value = 1.375; }},
+        {"copy's MRE", [](Results &r) { r.scores[4].summary.mre_median = 3.77; }},
+        {"reverse warp", [](Results &r) { r.scores[5].summary.mre_median = 2.77; }},
+        {"median filter", [](Results &r) { r.scores[6].summary.mre_median = 2.77; }},
+        {"holes", [](Results &r) { r.scores[6].summary.coverage_median = 97; }},
+        {"flow time", [](Results &r) { r.flow_times[1].ms = 7.777; }},
+        {"flow ratio", [](Results &r) { r.flow_times[1].ratio = 7.77; }},
+        {"lower quartile", [](Results &r) { r.flow_times[1].ratio_q1 = 3.77; }},
+        {"upper quartile", [](Results &r) { r.flow_times[1].ratio_q3 = 7.77; }},
+        {"rounds", [](Results &r) { r.flow_times[1].rounds = 77; }},
+        {"system time", [](Results &r) { r.system_times[1].ms = 7.77; }},
+        {"system ratio", [](Results &r) { r.system_times[1].ratio = 0.777; }},
+        {"stage share", [](Results &r) { r.stage_times[0].ratio = 0.177; }},
+        {"stage time", [](Results &r) { r.stage_times[0].ms = 7.77; }},
+        {"plain RMSE", [](Results &r) { r.ransac[0].plain_rmse_m = 0.0777; }},
+        {"RANSAC's RMSE", [](Results &r) { r.ransac[0].ransac_rmse_m = 0.0077; }},
+        {"overlap", [](Results &r) { r.infill[0].overlap_mre = 7.77; }},
+        {"filled MRE", [](Results &r) { r.infill[0].filled_mre = 7.77; }},
+        {"filled", [](Results &r) { r.infill[0].filled = 77.7; }},
+        {"trials", [](Results &r) { r.infill[0].trials = 77; }},
+    };
+    for (const auto &[what, change] : changes) {
+        INFO(what);
+        Results after = sample();
+        change(after);
+        CHECK(to_html(before) != to_html(after));
+        CHECK(all_tables(before) != all_tables(after));
+        CHECK(to_json(before) != to_json(after));
+    }
+    Results repainted = sample();
+    repainted.pictures[0].pixels(0, 0) = {200, 0, 0};
+    CHECK(to_html(before) != to_html(repainted));
+}
+
+TEST_CASE("no results, no figures of ours", "[report]") {
+    CHECK(make_tables({}).empty());
+    CHECK(make_figures({}).empty());
+    CHECK(to_html({}).find("<table") == std::string::npos);
+}
+
+TEST_CASE("the page marks what is theirs and says when it is partial", "[report]") {
+    Results results = sample();
+    CHECK(to_html(results).find("on its data\">30</span>") == std::string::npos);
+    CHECK(to_html(results).find("on its data\">30.00</span>") != std::string::npos);
+    CHECK(to_html(results).find("is partial") == std::string::npos);
+    results.complete = false;
+    CHECK(to_html(results).find("is partial") != std::string::npos);
+}
+
+TEST_CASE("the page holds all that it needs", "[report]") {
+    const std::string page = to_html(sample());
+    CHECK(page.find("<svg") != std::string::npos);
+    CHECK(page.find("src=\"data:image/png;base64,iVBOR") != std::string::npos);
+    CHECK(page.find("prefers-color-scheme: dark") != std::string::npos);
+    CHECK(page.find("http") == std::string::npos);
+    CHECK(page.find("<script") == std::string::npos);
+}
+
+TEST_CASE("names of folders cannot break the page or the tables", "[report]") {
+    Results results = sample();
+    for (Score &s : results.scores)
+        s.summary.dataset = "=<script>\"&,";
+    CHECK(to_html(results).find("<script>") == std::string::npos);
+    CHECK(to_html(results).find("=&lt;script&gt;&quot;&amp;,") != std::string::npos);
+    CHECK(to_csv(results.scores).find("\"'=<script>\"\"&,\",paper,threshold,4") !=
+          std::string::npos);
+}
+
+TEST_CASE("thresholds are set for one percent, rivals for the same duty cycle", "[report]") {
+    const Results r = sample();
+    CHECK(tuned_score(r.scores, "desk", "paper")->setting.value == 2);
+    CHECK(tuned_score(r.scores, "desk", "default")->setting.value == 1);
+    CHECK(compared_duty_cycle(r.scores, "desk") == 12);
+    CHECK(matched_score(r.scores, "desk", "paper")->setting.value == 4);
+    CHECK(matched_score(r.scores, "desk", "sfm-sift") == nullptr);
+    CHECK(compared_duty_cycle(r.scores, "kitchen") < 0);
+}
+
+TEST_CASE("a system that always measures has no error to choose by", "[report]") {
+    const std::vector<Score> scores = {score("desk", "paper", "threshold", 1, 100, 1)};
+    CHECK(tuned_score(scores, "desk", "paper") == nullptr);
+}
+
+TEST_CASE("the paper's datasets are known by layout and by name", "[report]") {
+    CHECK(paper::family_of("rgbd_dataset_freiburg1_xyz", "tum-original") == "tum");
+    CHECK(paper::family_of("tum_fr1_rpy", "tum") == "tum");
+    CHECK(paper::family_of("kitchen", "tum").empty());
+    CHECK(paper::family_of("kitchen_0001", "nyu-v2") == "nyu");
+    CHECK(paper::errors("tum", "paper")->duty_cycle == 16.0);
+    CHECK_FALSE(paper::errors("tum", "lk")->duty_cycle);
+    CHECK_FALSE(paper::errors("tum", "sfm-orb"));
+}
+
+TEST_CASE("base64 pads what does not come in threes", "[report]") {
+    CHECK(base64("") == "");
+    CHECK(base64("f") == "Zg==");
+    CHECK(base64("fo") == "Zm8=");
+    CHECK(base64("foo") == "Zm9v");
+    CHECK(base64("\xff\xfe") == "//4=");
+}
+
+TEST_CASE("a point beyond the axes is drawn at their edge, hollow", "[report]") {
+    Plot plot{.id = "p", .title = "p", .x_label = "x", .y_label = "y", .series = {}};
+    plot.series.push_back({.name = "s", .line = false, .points = {{0.5, 0.5}}});
+    CHECK(to_svg(plot).find("outside") == std::string::npos);
+    plot.series[0].points = {{0.5, 7}};
+    CHECK(to_svg(plot).find("outside") != std::string::npos);
+}

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/v4l2/frame_time.hpp"
+#include "tests/catch.hpp"
+
+#include <linux/videodev2.h>
+
+#include <cstdint>
+
+using afterglow::v4l2::FrameClock;
+using afterglow::v4l2::FrameCount;
+
+namespace {
+
+constexpr std::int64_t second = 1'000'000'000;
+constexpr std::int64_t period = 33'333'333;
+constexpr std::uint32_t monotonic = V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
+
+v4l2_buffer stamped(std::int64_t t_ns, std::uint32_t flags) {
+    v4l2_buffer buffer = {};
+    buffer.timestamp.tv_sec = t_ns / second;
+    buffer.timestamp.tv_usec = t_ns % second / 1000;
+    buffer.flags = flags;
+    return buffer;
+}
+
+} // namespace
+
+TEST_CASE("frames are counted from 0 whatever number the driver begins with") {
+    FrameCount count;
+    CHECK(count.next(17) == 0);
+    CHECK(count.next(18) == 1);
+}
+
+TEST_CASE("a gap in the driver's numbers stays a gap") {
+    FrameCount count;
+    count.next(5);
+    CHECK(count.next(9) == 4);
+}
+
+TEST_CASE("the count goes on when the driver's 32-bit number wraps") {
+    FrameCount count;
+    count.next(0xffff'fffe);
+    CHECK(count.next(0xffff'ffff) == 1);
+    CHECK(count.next(1) == 3);
+}
+
+TEST_CASE("a driver that numbers every frame 0, or counts back, still gives a rising count") {
+    FrameCount count;
+    count.next(0);
+    CHECK(count.next(0) == 1);
+    CHECK(count.next(0xffff'ffff) == 2);
+}
+
+TEST_CASE("a stamp of the exposure's start is the capture time") {
+    FrameClock clock(period);
+    const auto buffer = stamped(100 * second, monotonic | V4L2_BUF_FLAG_TSTAMP_SRC_SOE);
+    CHECK(clock.capture_time(buffer, 100 * second + 40'000'000) == 100 * second);
+}
+
+TEST_CASE("a stamp of the frame's end is set back by one frame") {
+    FrameClock clock(period);
+    const auto buffer = stamped(100 * second, monotonic | V4L2_BUF_FLAG_TSTAMP_SRC_EOF);
+    CHECK(clock.capture_time(buffer, 100 * second + 1'000'000) == 100 * second - period);
+}
+
+TEST_CASE("a stamp that lies one frame ahead of its arrival is believed") {
+    FrameClock clock(period);
+    const auto buffer = stamped(100 * second + 32'000'000, monotonic);
+    CHECK(clock.capture_time(buffer, 100 * second) == 100 * second + 32'000'000 - period);
+}
+
+TEST_CASE("a stamp on another clock is replaced by the arrival") {
+    FrameClock clock(period);
+    const auto buffer = stamped(100 * second, V4L2_BUF_FLAG_TIMESTAMP_UNKNOWN);
+    CHECK(clock.capture_time(buffer, 100 * second) == 100 * second - period);
+    const auto copied = stamped(100 * second, V4L2_BUF_FLAG_TIMESTAMP_COPY);
+    CHECK(FrameClock(period).capture_time(copied, 101 * second) == 101 * second - period);
+}
+
+TEST_CASE("once a stamp cannot be true none of the stream's is believed") {
+    FrameClock clock(period);
+    const auto flags = monotonic | V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
+    CHECK(clock.capture_time(stamped(100 * second, flags), 100 * second) == 100 * second);
+    // Wrapped: long past.
+    CHECK(clock.capture_time(stamped(0, flags), 101 * second) == 101 * second - period);
+    CHECK(clock.capture_time(stamped(102 * second, flags), 102 * second) == 102 * second - period);
+}
+
+TEST_CASE("a stamp from the far future is not believed") {
+    FrameClock clock(period);
+    const auto buffer = stamped(4'294'967'290 * second, monotonic);
+    CHECK(clock.capture_time(buffer, 100 * second) == 100 * second - period);
+}

@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: Apache-2.0
+// capture_probe KEY=VALUE...: the V4L2 drivers alone, as the daemon uses them. Prints what happens,
+// with the milliseconds of CLOCK_MONOTONIC, and at the end a line of what happened how often.
+//
+//     device=NAME width=N height=N fps=N format=FOURCC
+//     frames=N      ends after so many frames          seconds=N   or after so long
+//     tof=MM        it is a depth camera of so many millimetres a unit
+//     pattern=1     its images are those of test_pattern.hpp
+//     retry=1       starts again, every quarter of a second, what is lost or not there
+//     slow_ms=N     waits so long after each frame
+//     cycles=N      starts, takes a frame and stops, so often; then counts what was left behind
+//     light=CONTROL lights it, waits for seconds=N, and ends
+#include "core/unique_fd.hpp"
+#include "drivers/v4l2/v4l2.hpp"
+#include "tests/vm/test_pattern.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <malloc.h>
+#include <map>
+#include <string>
+#include <thread>
+
+namespace afterglow::vm {
+namespace {
+
+using namespace std::chrono_literals;
+
+constexpr auto retry_delay = 250ms;
+
+class Arguments {
+public:
+    Arguments(int argc, char **argv) {
+        for (int i = 1; i < argc; ++i) {
+            const std::string argument = argv[i];
+            const std::size_t equals = argument.find('=');
+            values_[argument.substr(0, equals)] =
+                equals == std::string::npos ? "" : argument.substr(equals + 1);
+        }
+    }
+    std::string text(const std::string &key, const std::string &otherwise = "") const {
+        const auto found = values_.find(key);
+        return found == values_.end() ? otherwise : found->second;
+    }
+    double number(const std::string &key, double otherwise) const {
+        const std::string value = text(key);
+        return value.empty() ? otherwise : std::atof(value.c_str());
+    }
+    bool has(const std::string &key) const { return values_.count(key) != 0; }
+
+private:
+    std::map<std::string, std::string> values_;
+};
+
+std::int64_t now_ns() {
+    return linux_calls().now_ns();
+}
+
+void say(std::string_view what) {
+    fmt::print("{} {}\n", now_ns() / 1'000'000, what);
+    std::fflush(stdout);
+}
+
+ImageView<const std::uint8_t> image_of(const ColorFrame &frame) {
+    return frame.luma;
+}
+ImageView<const std::uint16_t> image_of(const DepthFrame &frame) {
+    return frame.depth;
+}
+
+/// What happened how often.
+struct Tally {
+    int frames = 0, missed = 0, damaged = 0, lost = 0, starts = 0, torn = 0, backwards = 0;
+    std::int64_t first_ns = 0, last_ns = 0, youngest_ns = 1'000'000'000'000, oldest_ns = -1;
+    std::uint64_t next_sequence = 0;
+
+    template <class Frame>
+    void add(const Frame &frame, bool patterned) {
+        if (frames == 0)
+            first_ns = frame.t_ns;
+        backwards += frames > 0 && frame.t_ns <= last_ns ? 1 : 0;
+        last_ns = frame.t_ns;
+        youngest_ns = std::min(youngest_ns, now_ns() - frame.t_ns);
+        oldest_ns = std::max(oldest_ns, now_ns() - frame.t_ns);
+        missed += static_cast<int>(frame.sequence - next_sequence);
+        next_sequence = frame.sequence + 1;
+        torn += patterned && !is_whole(image_of(frame)) ? 1 : 0;
+        ++frames;
+    }
+    void print() const {
+        const double seconds = static_cast<double>(last_ns - first_ns) / 1e9;
+        fmt::print("frames={} missed={} damaged={} lost={} starts={} torn={} backwards={} "
+                   "fps={:.2f} age_ms={:.1f}..{:.1f}\n",
+                   frames, missed, damaged, lost, starts, torn, backwards,
+                   seconds > 0 ? (frames - 1) / seconds : 0, static_cast<double>(youngest_ns) / 1e6,
+                   static_cast<double>(oldest_ns) / 1e6);
+    }
+};
+
+template <class Source, class Frame>
+int watch(Source &source, const Arguments &arguments) {
+    const auto frames = static_cast<int>(arguments.number("frames", 1e9));
+    const auto end_ns = now_ns() + static_cast<std::int64_t>(arguments.number("seconds", 60) * 1e9);
+    const std::chrono::milliseconds slow(static_cast<int>(arguments.number("slow_ms", 0)));
+    const bool retry = arguments.has("retry");
+    Tally tally;
+    Frame frame;
+    std::string last_reason;
+    bool running = false;
+    bool interrupted = true;
+    while (tally.frames < frames && now_ns() < end_ns) {
+        if (!running) {
+            const Status started = source.start();
+            if (!started) {
+                if (started.error().message != last_reason)
+                    say("not started: " + started.error().message);
+                last_reason = started.error().message;
+                if (!retry)
+                    break;
+                std::this_thread::sleep_for(retry_delay);
+                continue;
+            }
+            say("started");
+            running = interrupted = true;
+            ++tally.starts;
+            tally.next_sequence = 0;
+            last_reason.clear();
+        }
+        switch (source.read(frame, 100ms)) {
+        case Capture::frame:
+            if (std::exchange(interrupted, false))
+                say("first frame");
+            tally.add(frame, arguments.has("pattern"));
+            std::this_thread::sleep_for(slow);
+            break;
+        case Capture::damaged:
+            say("damaged: " + source.problem());
+            ++tally.damaged;
+            ++tally.next_sequence;
+            break;
+        case Capture::lost:
+            say("lost: " + source.problem());
+            ++tally.lost;
+            source.stop();
+            running = false;
+            if (!retry)
+                return tally.print(), 1;
+            std::this_thread::sleep_for(retry_delay);
+            break;
+        case Capture::none:
+        case Capture::ended:
+            break;
+        }
+    }
+    source.stop();
+    tally.print();
+    return tally.frames > 0 ? 0 : 1;
+}
+
+/// What this process holds.
+struct Possessions {
+    std::ptrdiff_t descriptors = 0;
+    std::ptrdiff_t mappings = 0;
+    std::ptrdiff_t heap_bytes = 0;
+
+    static Possessions count() {
+        Possessions now;
+        now.descriptors = std::distance(std::filesystem::directory_iterator("/proc/self/fd"), {});
+        std::ifstream maps("/proc/self/maps");
+        for (std::string line; std::getline(maps, line);)
+            ++now.mappings;
+        now.heap_bytes = static_cast<std::ptrdiff_t>(::mallinfo2().uordblks);
+        return now;
+    }
+};
+
+template <class Source, class Frame>
+int cycle(Source &source, int cycles) {
+    // The first ones fill caches of the C library.
+    constexpr int warm_up = 20;
+    Frame frame;
+    Possessions before;
+    for (int i = 0; i < cycles + warm_up; ++i) {
+        if (i == warm_up)
+            before = Possessions::count();
+        const Status started = source.start();
+        if (!started) {
+            say("not started: " + started.error().message);
+            return 1;
+        }
+        Capture capture = Capture::none;
+        while (capture == Capture::none)
+            capture = source.read(frame, 100ms);
+        source.stop();
+        if (capture != Capture::frame) {
+            say("no frame: " + source.problem());
+            return 1;
+        }
+    }
+    const Possessions after = Possessions::count();
+    fmt::print("cycles={} descriptors={:+} mappings={:+} heap_bytes={:+}\n", cycles,
+               after.descriptors - before.descriptors, after.mappings - before.mappings,
+               after.heap_bytes - before.heap_bytes);
+    return 0;
+}
+
+int shine(const Arguments &arguments) {
+    V4l2ControlOptions options;
+    options.device = arguments.text("device");
+    options.control = arguments.text("light");
+    const auto light = open_v4l2_control(options);
+    if (!light) {
+        say(light.error().message);
+        return 1;
+    }
+    if (const Status lit = (*light)->set(true); !lit) {
+        say(lit.error().message);
+        return 1;
+    }
+    say("lit");
+    std::this_thread::sleep_for(std::chrono::duration<double>(arguments.number("seconds", 1)));
+    return 0;
+}
+
+template <class Source, class Frame, class Options>
+int run(Result<std::unique_ptr<Source>> (*open)(const Options &, SystemCalls &), Options options,
+        const Arguments &arguments) {
+    options.device = arguments.text("device", "/dev/video0");
+    options.camera.width = static_cast<int>(arguments.number("width", 320));
+    options.camera.height = static_cast<int>(arguments.number("height", 240));
+    options.camera.fx = options.camera.fy = options.camera.width;
+    options.fps = arguments.number("fps", 30);
+    options.format = arguments.text("format");
+    auto source = open(options, linux_calls());
+    if (!source) {
+        say("refused: " + source.error().message);
+        return 1;
+    }
+    if (arguments.has("cycles"))
+        return cycle<Source, Frame>(**source, static_cast<int>(arguments.number("cycles", 1)));
+    return watch<Source, Frame>(**source, arguments);
+}
+
+} // namespace
+} // namespace afterglow::vm
+
+int main(int argc, char **argv) {
+    using namespace afterglow;
+    const vm::Arguments arguments(argc, argv);
+    if (arguments.has("light"))
+        return vm::shine(arguments);
+    if (!arguments.has("tof"))
+        return vm::run<ColorSource, ColorFrame>(open_v4l2_color, V4l2ColorOptions(), arguments);
+    V4l2TofOptions options;
+    options.mm_per_unit = arguments.number("tof", 1);
+    return vm::run<TofSource, DepthFrame>(open_v4l2_tof, options, arguments);
+}

@@ -1,0 +1,29 @@
+# SPDX-License-Identifier: Apache-2.0
+# No image that a USB camera has spoilt comes out as good, whether uvcvideo drops it or marks it.
+. /vm/guest/rig.bash
+
+for nodrop in 0 1; do
+    echo "-- uvcvideo nodrop=$nodrop"
+    modprobe -r uvcvideo || true
+    modprobe uvcvideo nodrop=$nodrop
+    plug_in 0 cam
+    capture_probe device="$(by_id cam)" pattern=1 retry=1 seconds=12 >out &
+    probe=$!
+    until_line 20 out 'first frame'
+    for what in 'bad 2' 'short 2' 'drop 3' 'eproto 30' 'stall 300'; do
+        fault cam "$what"
+        sleep 0.7
+    done
+    wait $probe
+    cat out
+    expect out 'torn=0 backwards=0'
+    expect out 'lost=0'
+    check "$(value out frames)" '>' 20
+    if [ $nodrop = 1 ]; then
+        check "$(value out damaged)" '>=' 4
+    else
+        check "$(value out missed)" '>=' 4
+    fi
+    fault cam unplug
+    until_true 20 test ! -e "$(by_id cam)"
+done

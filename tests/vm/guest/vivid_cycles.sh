@@ -1,0 +1,9 @@
+# SPDX-License-Identifier: Apache-2.0
+# Opening, streaming and closing leaves nothing behind.
+. /vm/guest/rig.bash
+load_vivid
+
+capture_probe width=320 height=180 fps=50 cycles=1000 >out
+cat out
+expect out 'descriptors=\+0 mappings=\+0'
+check "$(value out heap_bytes)" '<' 4096

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: Apache-2.0
+// uvc_camera PORT SERIAL FIFO: a UVC camera in user space, plugged into a port of vhci_hcd, so that
+// the kernel's own uvcvideo drives it. Lines written to the FIFO make things go wrong:
+//
+//     bad N | short N | drop N | eproto N    the next N frames (or packets)
+//     stall MS | freeze | go                 nothing is sent
+//     unplug                                 the program ends, and the camera is gone
+#include "tests/vm/uvc_camera/controls.hpp"
+#include "tests/vm/uvc_camera/payload.hpp"
+#include "tests/vm/uvc_camera/usbip.hpp"
+
+#include <sys/timerfd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <ctime>
+#include <deque>
+#include <fcntl.h>
+#include <poll.h>
+#include <sstream>
+#include <string>
+
+namespace afterglow::vm {
+namespace {
+
+constexpr std::int64_t microframe_ns = 125'000;
+/// A host that has not asked for so long has paused, and gets no packets for the time.
+constexpr std::int64_t longest_backlog_ns = 200'000'000;
+
+std::int64_t now_ns() {
+    timespec now = {};
+    ::clock_gettime(CLOCK_MONOTONIC, &now);
+    return static_cast<std::int64_t>(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
+}
+
+class Camera {
+public:
+    Camera(UsbipPort port, std::string serial)
+        : port_(std::move(port)), controls_(std::move(serial)) {}
+
+    int fd() const { return port_.fd(); }
+
+    /// Takes what the host asks for; false when it has closed the port.
+    bool receive() {
+        const std::optional<Transfer> transfer = port_.receive();
+        if (!transfer)
+            return false;
+        if (transfer->unlink) {
+            give_up(*transfer);
+        } else if (transfer->endpoint != 0) {
+            waiting_.push_back(*transfer);
+        } else if (controls_.handle(*transfer, port_)) {
+            stream_.start(controls_.choice());
+            bus_ns_ = 0;
+        }
+        return true;
+    }
+
+    /// Completes the transfers whose time on the bus is over.
+    void run_bus() {
+        while (!waiting_.empty()) {
+            const std::int64_t now = now_ns();
+            Transfer transfer = waiting_.front();
+            const auto duration =
+                static_cast<std::int64_t>(transfer.packets.size()) * microframe_ns;
+            if (bus_ns_ == 0 || now > bus_ns_ + longest_backlog_ns)
+                bus_ns_ = now - duration;
+            if (bus_ns_ + duration > now)
+                return;
+            waiting_.pop_front();
+            complete(transfer);
+        }
+    }
+
+    /// Obeys a line of the FIFO; false for "unplug".
+    bool obey(const std::string &line) {
+        std::istringstream words(line);
+        std::string what;
+        int number = 1;
+        words >> what >> number;
+        Faults &faults = stream_.faults;
+        if (what == "bad")
+            faults.bad_frames = number;
+        else if (what == "short")
+            faults.short_frames = number;
+        else if (what == "drop")
+            faults.dropped_frames = number;
+        else if (what == "eproto")
+            faults.lost_packets = number;
+        else if (what == "stall")
+            faults.stalled_until_ns = now_ns() + std::int64_t{number} * 1'000'000;
+        else if (what == "freeze")
+            faults.frozen = true;
+        else if (what == "go")
+            faults.frozen = false;
+        else if (what != "unplug")
+            std::fprintf(stderr, "uvc_camera: what is '%s'?\n", line.c_str());
+        return what != "unplug";
+    }
+
+private:
+    void give_up(const Transfer &unlink) {
+        for (auto transfer = waiting_.begin(); transfer != waiting_.end(); ++transfer) {
+            if (transfer->sequence == unlink.unlinked) {
+                waiting_.erase(transfer);
+                return port_.unlinked(unlink, true);
+            }
+        }
+        port_.unlinked(unlink, false);
+    }
+
+    void complete(Transfer &transfer) {
+        data_.resize(transfer.length);
+        std::size_t used = 0;
+        for (IsoPacket &packet : transfer.packets) {
+            const std::size_t room = std::min<std::size_t>(packet.length, data_.size() - used);
+            if (stream_.faults.lost_packets > 0) {
+                --stream_.faults.lost_packets;
+                packet.status = -EPROTO;
+            } else if (controls_.is_streaming()) {
+                const std::size_t bytes =
+                    stream_.fill(std::span(data_).subspan(used, room), bus_ns_);
+                packet.actual_length = static_cast<std::uint32_t>(bytes);
+                used += bytes;
+            }
+            bus_ns_ += microframe_ns;
+        }
+        port_.complete(transfer, std::span(data_).first(used));
+    }
+
+    UsbipPort port_;
+    Controls controls_;
+    PayloadStream stream_;
+    std::deque<Transfer> waiting_; ///< isochronous, in the order of the bus
+    std::int64_t bus_ns_ = 0;      ///< when the next packet is on the bus; 0 = now
+    std::vector<std::uint8_t> data_;
+};
+
+int run(int port_number, const char *serial, const char *fifo) {
+    // Opened for writing too, so that it never ends.
+    const UniqueFd commands(::open(fifo, O_RDWR | O_CLOEXEC));
+    std::optional<UsbipPort> port = UsbipPort::plug_in(port_number);
+    if (!commands || !port) {
+        std::perror("uvc_camera");
+        return 1;
+    }
+    Camera camera(std::move(*port), serial);
+
+    const UniqueFd timer(::timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC | TFD_NONBLOCK));
+    const itimerspec tick = {{0, 2'000'000}, {0, 2'000'000}};
+    ::timerfd_settime(timer.get(), 0, &tick, nullptr);
+    for (;;) {
+        pollfd waiting[] = {
+            {camera.fd(), POLLIN, 0}, {timer.get(), POLLIN, 0}, {commands.get(), POLLIN, 0}};
+        if (::poll(waiting, 3, -1) < 0 && errno != EINTR)
+            return 1;
+        if (waiting[0].revents != 0 && !camera.receive())
+            return 0;
+        char bytes[256];
+        if (waiting[1].revents != 0 && ::read(timer.get(), bytes, 8) < 0 && errno != EAGAIN)
+            return 1;
+        if (waiting[2].revents != 0) {
+            const ssize_t size = ::read(commands.get(), bytes, sizeof bytes);
+            std::istringstream lines(
+                std::string(bytes, static_cast<std::size_t>(std::max<ssize_t>(size, 0))));
+            for (std::string line; std::getline(lines, line);) {
+                if (!camera.obey(line))
+                    return 0;
+            }
+        }
+        camera.run_bus();
+    }
+}
+
+} // namespace
+} // namespace afterglow::vm
+
+int main(int argc, char **argv) {
+    if (argc != 4) {
+        std::fprintf(stderr, "usage: uvc_camera PORT SERIAL FIFO\n");
+        return 2;
+    }
+    return afterglow::vm::run(std::atoi(argv[1]), argv[2], argv[3]);
+}

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/vm/uvc_camera/payload.hpp"
+
+#include "tests/vm/test_pattern.hpp"
+#include "tests/vm/uvc_camera/descriptors.hpp"
+
+#include <algorithm>
+
+namespace afterglow::vm {
+namespace {
+
+// The payload header's bits (USB Video Class 1.0, section 2.4.3.3).
+enum : std::uint8_t { end_of_frame = 0x02, error = 0x40, end_of_header = 0x80 };
+constexpr std::size_t header_bytes = 2;
+
+constexpr std::int64_t long_pause_ns = 1'000'000'000;
+
+} // namespace
+
+void PayloadStream::start(const StreamChoice &choice) {
+    choice_ = choice;
+    size_ = 0;
+    toggle_ = 0;
+    next_ns_ = 0;
+}
+
+std::size_t PayloadStream::fill(std::span<std::uint8_t> packet, std::int64_t t_ns) {
+    if (packet.size() <= header_bytes)
+        return 0;
+    if (faults.frozen || t_ns < faults.stalled_until_ns) {
+        size_ = 0;
+        return 0;
+    }
+    if (size_ == 0 && !begin_frame(t_ns))
+        return 0;
+    const std::size_t bytes = std::min(packet.size() - header_bytes, size_ - sent_);
+    packet[0] = header_bytes;
+    packet[1] = end_of_header | toggle_ | (bad_ ? error : 0);
+    std::copy_n(frame_.begin() + static_cast<std::ptrdiff_t>(sent_), bytes,
+                packet.begin() + header_bytes);
+    sent_ += bytes;
+    if (sent_ == size_) {
+        packet[1] |= end_of_frame;
+        size_ = 0;
+    }
+    return header_bytes + bytes;
+}
+
+bool PayloadStream::begin_frame(std::int64_t t_ns) {
+    if (next_ns_ == 0 || t_ns > next_ns_ + long_pause_ns)
+        next_ns_ = t_ns;
+    if (t_ns < next_ns_)
+        return false;
+    next_ns_ += std::int64_t{choice_.interval} * 100;
+    ++index_;
+    if (faults.dropped_frames > 0) {
+        --faults.dropped_frames;
+        return false;
+    }
+    draw();
+    sent_ = 0;
+    size_ = frame_.size();
+    toggle_ ^= 1;
+    if (faults.short_frames > 0) {
+        --faults.short_frames;
+        size_ /= 2;
+    }
+    bad_ = faults.bad_frames > 0;
+    faults.bad_frames -= bad_ ? 1 : 0;
+    return true;
+}
+
+void PayloadStream::draw() {
+    const UvcSize &size = uvc_sizes[choice_.size];
+    const std::size_t step = uvc_formats[choice_.format].bytes_per_pixel;
+    const std::size_t row = step * size.width;
+    frame_.assign(row * size.height, other_byte);
+    for (int v = 0; v < size.height; ++v) {
+        for (std::size_t u = 0; u < row; u += step)
+            frame_[static_cast<std::size_t>(v) * row + u] = pattern(index_, v);
+    }
+}
+
+} // namespace afterglow::vm

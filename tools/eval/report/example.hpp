@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "tools/eval/report/results.hpp"
+#include "tools/eval/report/sequence.hpp"
+
+#include <span>
+#include <vector>
+
+namespace afterglow {
+
+/// One frame of a sequence as a row of pictures: the image, its true depth, and for "paper" and
+/// "default", each at its matched_score() of `scores`, the depth it gave and how wrong that is. The
+/// frame is the one that afterglow estimates from the oldest measurement. Empty where neither has a
+/// score.
+std::vector<Picture> example(const Sequence &sequence, std::span<const Score> scores, int workers,
+                             const Watch &watch);
+
+} // namespace afterglow

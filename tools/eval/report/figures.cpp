@@ -1,0 +1,132 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/eval/report/paper_figures.hpp"
+#include "tools/eval/report/play.hpp"
+#include "tools/eval/report/plot.hpp"
+#include "tools/eval/report/table_makers.hpp"
+#include "tools/eval/report/tradeoff.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace afterglow {
+namespace {
+
+constexpr int paper_color = plot_colors - 1;
+
+/// The place in lineup(), so that a system has one colour everywhere.
+int color_of(std::string_view system) {
+    const auto all = lineup();
+    const auto found = std::ranges::find(all, system, &SystemDescription::name);
+    return static_cast<int>(found - all.begin()) % paper_color;
+}
+
+bool is_curve(std::span<const Score> scores, std::string_view dataset, std::string_view system) {
+    const SystemDescription *known = find_system(system);
+    return (!known || known->dense) && scores_of(scores, dataset, system).size() > 1;
+}
+
+Plot tradeoff_panel(const Results &results, const std::string &dataset) {
+    Plot plot{.id = dataset,
+              .title = dataset,
+              .x_label = "duty cycle (%)",
+              .y_label = "median MRE (%)",
+              .x_min = 0,
+              .x_max = 60,
+              .y_min = 0.2,
+              .y_max = 20,
+              .log_y = true,
+              .series = {}};
+    std::string_view layout;
+    for (const std::string &system : systems_of(results.scores)) {
+        if (!is_curve(results.scores, dataset, system))
+            continue;
+        Plot::Series series{.name = title_of(system), .color = color_of(system), .points = {}};
+        for (const Score *score : scores_of(results.scores, dataset, system)) {
+            series.points.emplace_back(score->summary.duty_cycle, *score->summary.mre_median);
+            layout = score->layout;
+        }
+        plot.series.push_back(std::move(series));
+    }
+    const std::string_view family = paper::family_of(dataset, layout);
+    const auto theirs = paper::errors(family.empty() ? "median" : family, "paper");
+    if (theirs && theirs->duty_cycle)
+        plot.series.push_back({.name = "This Work in the paper, on its data",
+                               .color = paper_color,
+                               .line = false,
+                               .points = {{*theirs->duty_cycle, theirs->mre}}});
+    return plot;
+}
+
+Figure tradeoff_figure(const Results &results) {
+    Figure figure{.id = "tradeoff",
+                  .title = "Duty cycle against error",
+                  .explanation = "Down and left is better. Every point is a setting: the threshold "
+                                 "of This Work and LK, afterglow's target, the interval of the "
+                                 "others. Points beyond the axes lie at their edge, hollow.",
+                  .panels = {}};
+    for (const std::string &dataset : datasets_of(results.scores)) {
+        Plot panel = tradeoff_panel(results, dataset);
+        if (panel.series.size() > 1)
+            figure.panels.push_back(std::move(panel));
+    }
+    return figure;
+}
+
+Figure power_figure(const Results &results) {
+    Figure figure{.id = "system-power",
+                  .title = "Power of the whole system",
+                  .explanation = "Eq. 9 over the power of the TOF camera; the paper's at its duty "
+                                 "cycle of 15 %.",
+                  .panels = {}};
+    Plot plot{.id = "power",
+              .title = "TOF camera and estimation",
+              .x_label = "power of the TOF camera (W)",
+              .y_label = "power of the system (W)",
+              .x_min = 1,
+              .x_max = 5,
+              .y_min = 0,
+              .y_max = 5,
+              .series = {}};
+    const auto add = [&](std::string name, int color, auto power) {
+        Plot::Series series{.name = std::move(name), .color = color, .marks = false, .points = {}};
+        for (const double tof_w : {1.0, 2.0, 3.0, 4.0, 5.0})
+            series.points.emplace_back(tof_w, power(tof_w));
+        plot.series.push_back(std::move(series));
+    };
+    const auto add_system = [&](std::string name, int color, PowerModel model, double duty_cycle) {
+        add(std::move(name), color, [&](double tof_w) {
+            model.tof_w = tof_w;
+            return model.system_w(duty_cycle / 100);
+        });
+    };
+    for (const char *name : {"paper", "default"}) {
+        const auto duty_cycle = typical_duty_cycle(results, name);
+        if (!duty_cycle)
+            continue;
+        add_system(fmt::format("{}, the paper's power", title_of(name)), color_of(name), {},
+                   *duty_cycle);
+        if (const auto scaled = power_model_of(results, name);
+            scaled && std::string_view(name) != "paper")
+            add_system(title_of(name) + ", idle when done", color_of("lk"), *scaled, *duty_cycle);
+    }
+    if (plot.series.empty())
+        return figure;
+    add_system("This Work in the paper, on its data", paper_color, {},
+               *paper::errors("median", "paper")->duty_cycle);
+    add("the TOF camera alone", color_of("copy"), [](double tof_w) { return tof_w; });
+    figure.panels.push_back(std::move(plot));
+    return figure;
+}
+
+} // namespace
+
+std::vector<Figure> make_figures(const Results &results) {
+    std::vector<Figure> figures;
+    for (Figure figure : {tradeoff_figure(results), power_figure(results)})
+        if (!figure.panels.empty())
+            figures.push_back(std::move(figure));
+    return figures;
+}
+
+} // namespace afterglow

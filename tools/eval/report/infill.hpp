@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "tools/eval/report/results.hpp"
+#include "tools/eval/report/sequence.hpp"
+
+#include <vector>
+
+namespace afterglow {
+
+/// Section VIII of the seed paper: a TOF camera whose range ends, or which saturates, is given back
+/// what it cannot see from an earlier map that has it. Here the earlier map is whole and, ten
+/// frames later, the furthest fifth of the measured depths (out of range), or the nearest
+/// (saturation), is taken away; so that also what is filled in can be scored, which the paper could
+/// not.
+struct Infill {
+    std::vector<InfillScore> scores; ///< by "paper" and "default", for both reasons
+    std::vector<Picture> pictures;   ///< of one trial
+};
+Infill infill(const Sequence &sequence, int workers, const Watch &watch);
+
+/// Frames that infill() shows.
+int infill_frames(const Sequence &sequence);
+
+} // namespace afterglow

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/camera.hpp"
+#include "core/image.hpp"
+#include "core/result.hpp"
+#include "tools/eval/report/watch.hpp"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace afterglow {
+
+/// Frames in memory, so that many systems can be shown the same ones.
+struct Sequence {
+    struct Frame {
+        std::int64_t t_ns = 0;
+        Luma luma;
+        DepthMap measured; ///< what a lit TOF camera gives
+        DepthMap truth;    ///< empty: what was measured is all that is known
+        const DepthMap &true_depth() const { return truth.empty() ? measured : truth; }
+    };
+
+    std::string name;
+    std::string layout;
+    std::string note; ///< a sentence on what was left out or assumed; or empty
+    Intrinsics camera;
+    std::vector<Frame> frames; ///< at least one
+};
+
+/// The first `frames` good frames of a dataset in any layout (0: all), or of the synthetic room
+/// where `source` is "synthetic".
+Result<Sequence> load_sequence(const std::string &source, int frames, const Watch &watch);
+
+} // namespace afterglow
