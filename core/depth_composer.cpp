@@ -33,12 +33,14 @@ void DepthComposer::clear() {
 }
 
 void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const Pose &now,
-                            const Alignment &alignment, int enough) {
+                            const Alignment &alignment, int enough,
+                            const DepthCalibration &calibration) {
+    calibration_ = calibration;
     clear();
     std::array<Candidate, most_candidates> candidates{};
     int count = 0;
     for (int i = 0; i < keyframes.size() && count < most_candidates; ++i) {
-        const Pose pose = now * keyframes[i].from_world.inverse();
+        const Pose pose = now * keyframes[i].depth_from_world.inverse();
         const float share =
             i == reference ? 2.0f : visible_share(keyframes[i].surface, pose, camera_);
         if (share > least_visible_share)
@@ -47,18 +49,23 @@ void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const P
     std::sort(
         candidates.begin(), candidates.begin() + count,
         [](const Candidate &a, const Candidate &b) { return a.visible_share > b.visible_share; });
-    const Eigen::Matrix<float, 6, 6> spread = depth_covariance(alignment, options_.error);
     for (int i = 0; i < std::min(count, options_.compose.maps_per_frame); ++i) {
         const bool first = i == 0;
         if (!first && covered_ >= enough)
             break;
         const Keyframe &k = keyframes[candidates[static_cast<std::size_t>(i)].keyframe];
-        const Pose pose = now * k.from_world.inverse();
+        const Pose pose = now * k.depth_from_world.inverse();
         warp_.run(k.surface, pose, pool_, first ? alignment.skew : Eigen::Vector3f::Zero());
         if (!first && disagreement() > options_.compose.most_disagreement / 100)
             continue;
-        merge(map_error(k.surface, camera_, pose, spread, options_.error), k.surface);
+        merge(map_error(k.surface, camera_, pose, alignment.covariance, options_.error), k.surface);
     }
+}
+
+/// Metres that the TOF camera would read at pixel (u, v).
+float DepthComposer::reading_of(WarpedPixel pixel, int u, int v) const {
+    return warped_z(pixel) / calibration_.scale(static_cast<float>((u - camera_.cx) / camera_.fx),
+                                                static_cast<float>((v - camera_.cy) / camera_.fy));
 }
 
 /// Mean relative difference between the map so far and the one just warped, inside surfaces; 0
@@ -77,7 +84,7 @@ float DepthComposer::disagreement() const {
                 (in[u] & warped_edge_mask) < DepthSurface::far_from_edge)
                 continue;
             const float z = static_cast<float>(depth[u]);
-            apart += std::min(std::abs(warped_z(in[u]) * 1000.0f - z) / z, most_counted);
+            apart += std::min(std::abs(reading_of(in[u], u, v) * 1000.0f - z) / z, most_counted);
             ++compared;
         }
     }
@@ -100,7 +107,7 @@ void DepthComposer::merge(const MapError &error, const DepthSurface &surface) {
             const WarpedPixel p = in[u];
             if (depth[u] != 0 || p == 0)
                 continue;
-            const float z = warped_z(p);
+            const float z = reading_of(p, u, v);
             const int bin = std::min(static_cast<int>(z * (1.0f / z_bin_m)), z_bins - 1);
             depth[u] = static_cast<std::uint16_t>(z * 1000.0f + 0.5f);
             confidence[u] = table[p & warped_edge_mask][static_cast<std::size_t>(bin)];

@@ -22,10 +22,11 @@ class DepthComposer {
 public:
     DepthComposer(const Intrinsics &camera, const KeyframeOptions &options, WorkerPool &pool);
 
-    /// `now`: world to camera. `alignment`: of the image with keyframe `reference`. Stops when
-    /// `enough` pixels are covered.
+    /// `now`: world to camera, when its depth map would be exposed. `alignment`: of the image with
+    /// keyframe `reference`. Stops when `enough` pixels are covered. The map shows what a TOF
+    /// camera of that `calibration` would read.
     void compose(const KeyframeSet &keyframes, int reference, const Pose &now,
-                 const Alignment &alignment, int enough);
+                 const Alignment &alignment, int enough, const DepthCalibration &calibration = {});
     /// Lowers the confidence of what lies in moving cells to that of `moving_error`.
     void distrust(const MotionMask &mask);
     /// Empties the map.
@@ -41,6 +42,7 @@ public:
     float expected_mre() const;
 
 private:
+    float reading_of(WarpedPixel pixel, int u, int v) const;
     void merge(const MapError &error, const DepthSurface &surface);
     float disagreement() const;
 
@@ -48,6 +50,7 @@ private:
     KeyframeOptions options_;
     WorkerPool &pool_;
     Warp warp_;
+    DepthCalibration calibration_;
     DepthMap depth_;
     Image<std::uint8_t> confidence_;
     int covered_ = 0;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/camera.hpp"
+#include "core/depth_calibration.hpp"
 #include "core/depth_surface.hpp"
 #include "core/pose.hpp"
 
@@ -37,5 +38,19 @@ struct DepthRefinementOptions {
 DepthFit refine_by_depth(const DepthSurface &from, const DepthSurface &to, const Intrinsics &camera,
                          const Pose &start, const Eigen::Matrix<float, 6, 6> &start_information,
                          const DepthRefinementOptions &options = {});
+
+/// What a pair of maps tells of the TOF camera's calibration.
+///
+/// With the pose known to within `start_information` from images, what is left between the maps
+/// `from` and `to` at the pose of their `fit` is laid to the shape of both and to the lag of their
+/// exposures: a camera whose turning rate has changed by `rate_change` (rad/s, current frame) since
+/// `from` has turned lag * rate_change further by depth than by images. `lag_s`: what `start`
+/// already allows for. One Gauss-Newton step over motion, shape and lag, the motion eliminated.
+/// Real-time safe.
+CalibrationEvidence calibration_evidence(const DepthSurface &from, const DepthSurface &to,
+                                         const Intrinsics &camera, const DepthFit &fit,
+                                         const Pose &start,
+                                         const Eigen::Matrix<float, 6, 6> &start_information,
+                                         const Eigen::Vector3d &rate_change, double lag_s);
 
 } // namespace afterglow

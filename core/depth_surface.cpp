@@ -6,11 +6,13 @@
 
 namespace afterglow {
 
-DepthSurface::DepthSurface(int width, int height, const SurfaceOptions &options)
-    : options_(options), raw_(width, height), smooth_(width, height),
-      distance_(width, height, std::uint8_t{far_from_edge}) {}
+DepthSurface::DepthSurface(const Intrinsics &camera, const SurfaceOptions &options)
+    : camera_(camera), options_(options), raw_(camera.width, camera.height),
+      smooth_(camera.width, camera.height),
+      distance_(camera.width, camera.height, std::uint8_t{far_from_edge}) {}
 
-void DepthSurface::build(DepthView depth, WorkerPool &pool) {
+void DepthSurface::build(DepthView depth, WorkerPool &pool, const DepthCalibration &calibration) {
+    calibration_ = calibration;
     load(depth);
     find_edges();
     grow_distance();
@@ -21,12 +23,16 @@ void DepthSurface::build(DepthView depth, WorkerPool &pool) {
 }
 
 void DepthSurface::load(DepthView depth) {
+    const float dx = static_cast<float>(1 / camera_.fx);
+    const float x0 = static_cast<float>(-camera_.cx / camera_.fx);
     int valid = 0;
     for (int v = 0; v < raw_.height(); ++v) {
         const std::uint16_t *in = depth.row(v);
         float *out = raw_.row(v);
+        const float y = static_cast<float>((v - camera_.cy) / camera_.fy);
         for (int u = 0; u < raw_.width(); ++u) {
-            const float z = 0.001f * static_cast<float>(in[u]);
+            const float z = 0.001f * static_cast<float>(in[u]) *
+                            calibration_.scale(x0 + dx * static_cast<float>(u), y);
             const bool ok = z >= options_.nearest_m && z <= options_.farthest_m;
             out[u] = ok ? z : 0.0f;
             valid += ok;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/camera.hpp"
+#include "core/depth_calibration.hpp"
 #include "core/image.hpp"
 #include "core/sensor_noise.hpp"
 #include "core/worker_pool.hpp"
@@ -29,9 +30,13 @@ public:
     /// Edge distances are counted up to this many pixels.
     static constexpr int far_from_edge = 7;
 
-    DepthSurface(int width, int height, const SurfaceOptions &options);
+    DepthSurface(const Intrinsics &camera, const SurfaceOptions &options);
 
-    void build(DepthView depth, WorkerPool &pool);
+    /// `depth`: readings, millimetres, 0 = none; `calibration` makes them true depths.
+    void build(DepthView depth, WorkerPool &pool, const DepthCalibration &calibration = {});
+
+    /// What the map was built with.
+    const DepthCalibration &calibration() const { return calibration_; }
 
     /// Metres, 0 = none.
     ImageView<const float> z() const { return smooth_; }
@@ -57,6 +62,8 @@ private:
     void grow_distance();
     void smooth(int first_row, int end_row);
 
+    Intrinsics camera_;
+    DepthCalibration calibration_;
     SurfaceOptions options_;
     Image<float> raw_;
     Image<float> smooth_;

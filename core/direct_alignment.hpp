@@ -17,7 +17,7 @@ struct AlignmentOptions {
     /// the image gives, against a prior and in the covariance.
     float independent_share = 0.01f;
     /// A pose is believed when at least this share of the points in view fits it ...
-    float least_inlier_share = 0.5f;
+    float least_inlier_share = 0.4f;
     /// ... and at least this many points are in view.
     int least_points = 60;
 };

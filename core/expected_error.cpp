@@ -25,14 +25,6 @@ double variance_along(const Eigen::Vector3d &g, const Eigen::Vector3d &X,
 
 } // namespace
 
-Eigen::Matrix<float, 6, 6> depth_covariance(const Alignment &alignment,
-                                            const ErrorOptions &options) {
-    Eigen::Matrix<float, 6, 6> C = alignment.covariance;
-    const Eigen::Vector3f apart = options.shutter * alignment.skew;
-    C.bottomRightCorner<3, 3>() += apart * apart.transpose() / 12.0f;
-    return C;
-}
-
 MapError map_error(const DepthSurface &surface, const Intrinsics &camera, const Pose &pose,
                    const Eigen::Matrix<float, 6, 6> &covariance, const ErrorOptions &options) {
     constexpr int grid = 32, reach = 4;

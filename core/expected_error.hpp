@@ -3,7 +3,6 @@
 
 #include "core/camera.hpp"
 #include "core/depth_surface.hpp"
-#include "core/direct_alignment.hpp"
 #include "core/pose.hpp"
 
 #include <Eigen/Core>
@@ -21,8 +20,6 @@ struct ErrorOptions {
     float shared_noise = 0.7f;
     /// Relative error of a pixel that moves against the scene.
     float moving_error = 0.10f;
-    /// Part of the images' rolling-shutter skew that depth maps may not follow.
-    float shutter = 0.0f;
 };
 
 /// How wrong one carried map is expected to be; everything a per-pixel error needs.
@@ -33,14 +30,6 @@ struct MapError {
     float slope = 0;             ///< |dz|/z per pixel inside surfaces
     std::array<float, 8> edge{}; ///< expected relative error by distance from a depth edge
 };
-
-/// Covariance of the motion between two depth maps whose images were aligned.
-///
-/// A skew tells that the images' rows were read while the camera turned; whether the depth maps'
-/// rows were read in step with them is not known. Rows lie uniformly over the readout, whose
-/// variance is 1/12 of its square: d d^T / 12 with d = shutter * skew adds to the rotation.
-Eigen::Matrix<float, 6, 6> depth_covariance(const Alignment &alignment,
-                                            const ErrorOptions &options);
 
 /// Carries the uncertainty of a pose into depth.
 ///

@@ -26,9 +26,9 @@ struct GatePolicy {
     int interval_frames = 10; ///< for GateMode::interval; 1 measures every frame
 
     // For GateMode::automatic.
-    double target_mre = 1.2;    ///< percent: the mean relative error aimed at
+    double target_mre = 1.35;   ///< percent: the mean relative error aimed at
     double worthwhile = 75;     ///< percent: a measurement must promise to lower it to this share
-    double coverage_floor = 70; ///< percent of what a measurement would cover
+    double coverage_floor = 75; ///< percent of what a measurement would cover
     int shortest_interval_frames = 1;  ///< between two measurements, at least
     int longest_interval_frames = 300; ///< and at most
     /// Percent of the frames that may be lit in the long run; 100 = no budget. `budget_burst`

@@ -21,7 +21,7 @@ Keyframe &KeyframeSet::push(const Pose &current_from_world, const Intrinsics &ca
         place = capacity - 1;
         for (int i = 0; i < size_; ++i) {
             Keyframe &k = (*this)[i];
-            const Pose pose = current_from_world * k.from_world.inverse();
+            const Pose pose = current_from_world * k.depth_from_world.inverse();
             // Between views of equal worth the older one goes.
             const float worth =
                 visible_share(k.surface, pose, camera) - 0.02f * static_cast<float>(i);

@@ -14,13 +14,14 @@ namespace afterglow {
 struct Keyframe {
     Keyframe(const Intrinsics &camera, const SurfaceOptions &surface_options,
              const TemplateOptions &template_options)
-        : surface(camera.width, camera.height, surface_options), texture(camera, template_options) {
-    }
+        : surface(camera, surface_options), texture(camera, template_options) {}
 
     DepthSurface surface;
     AlignmentTemplate texture;
-    /// World coordinates (those of the first measured frame) to this keyframe's.
+    /// World coordinates (those of the first measured frame) to the camera's, when its image and
+    /// when its depth map was exposed.
     Pose from_world;
+    Pose depth_from_world;
     Eigen::Vector3d turning = Eigen::Vector3d::Zero(); ///< camera's rotation rate then, rad/s
     std::int64_t t_ns = 0;
 };

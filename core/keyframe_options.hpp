@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/alignment_template.hpp"
+#include "core/depth_calibration.hpp"
 #include "core/depth_surface.hpp"
 #include "core/direct_alignment.hpp"
 #include "core/expected_error.hpp"
@@ -30,6 +31,7 @@ struct ComposeOptions {
 /// The stages of preset "default" (docs/estimation.md).
 struct KeyframeOptions {
     MotionOptions motion;
+    DepthCalibrationOptions calibration;
     SurfaceOptions surface;
     TemplateOptions texture;
     AlignmentOptions alignment;

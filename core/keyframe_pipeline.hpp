@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/camera.hpp"
+#include "core/depth_calibration.hpp"
 #include "core/depth_composer.hpp"
 #include "core/depth_refinement.hpp"
 #include "core/estimate.hpp"
@@ -29,10 +30,17 @@ public:
     const Estimate &measure(DepthView depth);
 
 private:
+    using Matrix6f = Eigen::Matrix<float, 6, 6>;
+
     int pick_reference(const Pose &predicted) const;
+    PosePrior prior_of(const Pose &predicted, const Eigen::Vector3d &turning, double dt,
+                       double age_s) const;
     void align(double dt);
+    bool bridge(const Pose &predicted, double dt);
+    Pose moved_in(double seconds) const;
     void publish(FrameSource source);
-    DepthFit fit_to_reference(const DepthSurface &fresh) const;
+    DepthFit fit_to_reference(const DepthSurface &fresh);
+    void calibrate(const DepthFit &fit, const Pose &start, const Matrix6f &information);
     float fresh_error(const DepthSurface &surface) const;
 
     Intrinsics camera_;
@@ -41,13 +49,20 @@ private:
     PoseTracker tracker_;
     KeyframeSet keyframes_;
     Pyramid image_;
+    Pyramid previous_image_;
     DepthSurface arriving_;
+    Keyframe bridge_; ///< the last image with the depth map composed for it
     DepthComposer composer_;
     MotionMask motion_mask_;
-    Alignment alignment_;
+    CalibrationLearner learner_;
 
-    Pose now_;      ///< world to camera at the last image
-    Pose velocity_; ///< motion between the last two images
+    Alignment alignment_; ///< of the last image with the reference keyframe
+    Alignment step_;      ///< of the last image with the one before, if `bridged_`
+    bool bridged_ = false;
+    Matrix6f spread_ = Matrix6f::Zero(); ///< covariance of alignment_, kept if it fails
+    Pose now_;                           ///< world to camera when the last image was exposed
+    Pose depth_now_;                     ///< and when its depth map was, or would have been
+    Pose velocity_;                      ///< motion between the last two images
     double velocity_s_ = 0;
     Eigen::Vector3d turning_ = Eigen::Vector3d::Zero(); ///< rad/s
     std::int64_t t_ns_ = 0;
@@ -55,6 +70,7 @@ private:
     Pose measured_from_world_; ///< where the last measurement was made
     int reference_ = 0;
     float fresh_fill_ = 1; ///< share of the pixels that the last measured map has
+    int enough_ = 0;       ///< pixels covered after which no more maps are added
     float fresh_mre_ = 0;  ///< expected of a fresh measurement, percent
     Estimate estimate_;
 };

@@ -166,7 +166,8 @@ TEST_CASE("a value of the wrong type or out of range is answered with what is al
          "synthetic.seed: -1 is not allowed (an integer from 0 to 4294967295)"},
         {"estimator.flow.block = 8",
          "estimator.flow.block: 8 is not allowed (one of 3, 5, ... 63 pixels)"},
-        {"estimator.preset = \"best\"", "estimator.preset: \"best\" is not allowed (one of default, paper)"},
+        {"estimator.preset = \"best\"",
+         "estimator.preset: \"best\" is not allowed (one of default, paper)"},
         {"gate.mode = \"sometimes\"", "gate.mode: \"sometimes\" is not allowed (one of auto, "
                                       "always-on, interval, off)"},
         {"estimator.flow = 1", "estimator.flow: this is a table, not a value"},

@@ -6,6 +6,7 @@
 #include "tests/catch.hpp"
 #include "tests/film.hpp"
 
+#include <cmath>
 #include <cstring>
 
 using namespace afterglow;
@@ -114,6 +115,40 @@ TEST_CASE("brightness that changes as a whole does not move the pose", "[core]")
         for (std::uint8_t &pixel : brighter.images[k].pixels())
             pixel = static_cast<std::uint8_t>(20 + pixel * 4 / 5);
     check_same(answer(brighter, forwards()).pose, answer(room(), forwards()).pose);
+}
+
+TEST_CASE("where the keyframe has become unlike the image, the way goes on from frame to frame",
+          "[core]") {
+    // The light goes down to a sixth, more than any one alignment allows for.
+    constexpr int last = 32;
+    const Film lit = film_room(320, 240, last + 1, 1);
+    Film dimmed = lit;
+    for (std::size_t k = 0; k < dimmed.images.size(); ++k)
+        for (std::uint8_t &pixel : dimmed.images[k].pixels())
+            pixel = static_cast<std::uint8_t>(
+                std::lround(pixel * std::pow(1.0 / 6, static_cast<double>(k) / last)));
+    Viewer viewer(dimmed);
+    Viewer by_day(lit);
+    viewer.track(0);
+    by_day.track(0);
+    viewer.measure(0);
+    by_day.measure(0);
+    float expected = 0;
+    for (int k = 1; k <= last; ++k) {
+        const Estimate &estimate = viewer.track(k);
+        CAPTURE(k);
+        REQUIRE(estimate.source == FrameSource::estimated);
+        CHECK(!estimate.wants_measurement);
+        if (k == last / 2)
+            expected = estimate.expected_mre;
+        by_day.track(k);
+    }
+    const Estimate &estimate = viewer.track(last);
+    const Pose apart = estimate.pose * by_day.track(last).pose.inverse();
+    CHECK(apart.T.norm() < 0.03);
+    CHECK(apart.angle() < 0.01);
+    CHECK(compare_depth(estimate.depth, lit.depth.back()).mre < 1.0);
+    CHECK(estimate.expected_mre > expected); // steps add up, and so does their error
 }
 
 TEST_CASE("the default estimate is the same to the bit for any number of workers", "[core]") {

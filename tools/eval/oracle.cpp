@@ -11,7 +11,7 @@ namespace afterglow {
 Oracle::Oracle(const EstimatorOptions &options, const Intrinsics &camera, WorkerPool &pool)
     : camera_(camera), options_(options.keyframe), pool_(pool), estimator_(options, camera, pool),
       keyframes_(options_.compose.keyframes, camera, options_.surface, options_.texture),
-      truth_(camera.width, camera.height, options_.surface), composer_(camera, options_, pool) {}
+      truth_(camera, options_.surface), composer_(camera, options_, pool) {}
 
 const Estimate &Oracle::track(LumaView luma, std::int64_t t_ns, DepthView truth) {
     estimate_ = estimator_.track(luma, t_ns);
@@ -19,7 +19,7 @@ const Estimate &Oracle::track(LumaView luma, std::int64_t t_ns, DepthView truth)
         return estimate_;
     truth_.build(truth, pool_);
     const Pose tracked = estimate_.pose;
-    now_ = (tracked * keyframes_[0].from_world).normalized();
+    now_ = (tracked * keyframes_[0].depth_from_world).normalized();
     DepthErrors errors = compare_depth(estimate_.depth, truth);
     if (refine(tracked)) {
         const DepthErrors refined = compare_depth(composer_.depth(), truth);
@@ -47,7 +47,7 @@ bool Oracle::refine(const Pose &tracked) {
         refine_by_depth(newest.surface, truth_, camera_, tracked, information, trust);
     if (!fit.good)
         return false;
-    now_ = (fit.pose * newest.from_world).normalized();
+    now_ = (fit.pose * newest.depth_from_world).normalized();
     composer_.compose(keyframes_, 0, now_, Alignment{}, camera_.width * camera_.height);
     return true;
 }
@@ -60,7 +60,7 @@ const Estimate &Oracle::measure(DepthView depth) {
     }
     Keyframe &k = keyframes_.push(now_, camera_);
     k.surface.build(depth, pool_);
-    k.from_world = now_;
+    k.depth_from_world = now_;
     estimate_ = estimator_.measure(depth);
     return estimate_;
 }
