@@ -15,7 +15,7 @@ struct MotionOptions {
     float speed = 0.2f;                 ///< m/s
     float angular_acceleration = 15.0f; ///< rad/s^2
     /// Longest time from the first to the last row of a picture being read; 0 = global shutter.
-    float readout_s = 0.03f;
+    float readout_s = 0.02f;
 };
 
 /// How several keyframes make one depth map.
