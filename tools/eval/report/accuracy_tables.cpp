@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 namespace afterglow {
@@ -134,21 +135,22 @@ std::optional<Table> glance_table(const Results &results) {
                     "of a frame with its true one. MRE counts only pixels that are covered: look "
                     "at both.",
                 .corner = "dataset",
-                .columns = {"system", "frames"},
+                .columns = {"system"},
                 .rows = {}};
     for (const Merit &merit : merits())
         table.columns.emplace_back(merit.title);
-    table.columns.emplace_back("r");
+    table.columns.insert(table.columns.end(), {"r", "frames"});
     for (const ScoredDataset &dataset : datasets_of(results.scores)) {
         for (const char *system : {"default", "paper", "oracle"}) {
             const Score *score = preset_score(results.scores, dataset.name, system);
             if (!score)
                 continue;
             const Summary &summary = score->summary;
-            Table::Row row{dataset.label(), {{title_of(system)}, {std::to_string(summary.frames)}}};
+            Table::Row row{dataset.label(), {{title_of(system)}}};
             for (const Merit &merit : merits())
                 row.cells.push_back({text_of(merit.of(summary), 2)});
             row.cells.push_back({text_of(summary.expected_correlation, 2)});
+            row.cells.push_back({std::to_string(summary.frames)});
             table.rows.push_back(std::move(row));
         }
     }
@@ -194,22 +196,23 @@ std::vector<Table> comparison_tables(const Results &results) {
                                          "the truth. The oracle sees the truth, too: it shows what "
                                          "a perfect pose would leave."
                                        : "",
-                    .corner = "system",
+                    .corner = "dataset",
                     .columns = {},
                     .rows = {}};
-        for (const ScoredDataset &dataset : datasets)
-            table.columns.push_back(dataset.label());
-        for (const Total &total : totals)
-            table.columns.emplace_back(total.label);
-        for (const std::string &system : systems) {
-            Table::Row row{title_of(system), {}};
-            for (const ScoredDataset &dataset : datasets) {
+        std::ranges::transform(systems, std::back_inserter(table.columns), title_of);
+        for (const ScoredDataset &dataset : datasets) {
+            Table::Row row{dataset.label(), {}};
+            for (const std::string &system : systems) {
                 const Score *score = matched_score(results.scores, dataset.name, system);
                 row.cells.push_back(cell_of(quantity,
                                             score ? quantity.ours(score->summary) : std::nullopt,
                                             dataset.family, system));
             }
-            for (const Total &total : totals)
+            table.rows.push_back(std::move(row));
+        }
+        for (const Total &total : totals) {
+            Table::Row row{total.label, {}};
+            for (const std::string &system : systems)
                 row.cells.push_back(
                     cell_of(quantity, total_of(total, results, quantity, system, matched_score),
                             total.paper, system));

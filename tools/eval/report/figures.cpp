@@ -49,7 +49,7 @@ Plot tradeoff_panel(const Results &results, const ScoredDataset &scored) {
     }
     const auto theirs = paper::errors(scored.family.empty() ? "median" : scored.family, "paper");
     if (theirs && theirs->duty_cycle)
-        plot.series.push_back({.name = "This Work in the paper, on its data",
+        plot.series.push_back({.name = "the paper's figure, on its data",
                                .color = paper_color,
                                .line = false,
                                .points = {{*theirs->duty_cycle, theirs->mre}}});
@@ -113,7 +113,7 @@ Figure power_figure(const Results &results) {
     }
     if (plot.series.empty())
         return figure;
-    add_system("This Work in the paper, on its data", paper_color, {},
+    add_system("the paper's figure, on its data", paper_color, {},
                *paper::errors("median", "paper")->duty_cycle);
     add("the TOF camera alone", alone_color, [](double tof_w) { return tof_w; });
     figure.panels.push_back(std::move(plot));

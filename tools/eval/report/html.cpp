@@ -112,10 +112,9 @@ std::string to_html(const Results &results) {
            "<p>afterglow and its rivals on the same frames. Figures "
            "<span class=theirs>in this colour</span> are the seed paper's (Noraky &amp; Sze, Low "
            "Power Depth Estimation of Rigid Objects for Time-of-Flight Imaging): theirs, on their "
-           "data and their board, not measured here. All others were measured by this run.</p>\n";
+           "data and their board, not measured here. All others come from this run.</p>\n";
     if (!results.complete)
-        out +=
-            "<p class=partial>This report is partial: the work was stopped before its end.</p>\n";
+        out += "<p class=partial>This report is partial: the work has not come to its end.</p>\n";
     for (const std::string &note : results.notes)
         out += "<p>" + html_text(note) + "</p>\n";
     const std::string links = links_to(tables) + links_to(figures);

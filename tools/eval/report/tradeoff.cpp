@@ -26,7 +26,7 @@ const std::vector<double> thresholds = {0.5, 1, 2, 4, 8, 16, 32, 64};
 const std::vector<double> targets = {0.4, 0.6, 0.8, 1, 1.6, 2.5, 4};
 const std::vector<double> oracle_targets = {0.5, 1};
 const std::vector<double> intervals = {2, 3, 4, 6, 10, 20};
-const std::vector<double> slow_intervals = {3, 6, 15};
+const std::vector<double> slow_intervals = {4, 12};
 
 bool is_ablation(const SystemDescription &system) {
     return system.name == "reverse-warp" || system.name == "median";

@@ -27,7 +27,7 @@ struct Row {
 
 constexpr Row rows[] = {
     {{.name = "paper",
-      .title = "This Work",
+      .title = "This Work (paper)",
       .method = "three-step search, RANSAC pose, forward reprojection"},
      make_estimator<Method::paper>},
     {{.name = "lk",
