@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <functional>
 #include <iterator>
 #include <optional>
 #include <string_view>
@@ -125,29 +126,45 @@ std::vector<std::string> to_json(const std::vector<Summary> &rows) {
     return objects;
 }
 
-Result<Summary> score(const AblateArguments &arguments, const std::string &dataset,
-                      const Variant &variant) {
+Result<Summary> score(const AblateArguments &arguments, Footage &footage, const Variant &variant,
+                      const std::function<void(int done)> &progress) {
     TuningArguments tuning = arguments.tuning;
     tuning.assignments.insert(tuning.assignments.end(), variant.assignments.begin(),
                               variant.assignments.end());
     const auto resolved = tuning.resolve();
     if (!resolved)
         return resolved.error();
-    auto footage = arguments.footage.open(dataset);
-    if (!footage)
-        return footage.error();
-    Progress progress(fmt::format("{}, {}", footage->name, variant.name), footage->frames);
-    const auto evaluation =
-        evaluate(*footage, {.estimator = resolved->first,
-                            .gate = resolved->second,
-                            .workers = arguments.workers,
-                            .publish = {},
-                            .progress = [&](int done) { progress.update(done); }});
+    const auto evaluation = evaluate(footage, {.estimator = resolved->first,
+                                               .gate = resolved->second,
+                                               .workers = arguments.workers,
+                                               .publish = {},
+                                               .progress = progress});
     if (!evaluation)
         return evaluation.error();
     if (evaluation->frames.empty())
-        return Error{fmt::format("{}: not one usable frame", dataset)};
-    return summarize(*evaluation, footage->name, tuning.preset, resolved->second.target_mre);
+        return Error{fmt::format("{}: not one usable frame", footage.name)};
+    return summarize(*evaluation, footage.name, tuning.preset, resolved->second.target_mre);
+}
+
+/// A summary for each variant.
+Result<std::vector<Summary>> score_all(const AblateArguments &arguments,
+                                       const std::string &dataset) {
+    auto footage = arguments.footage.open(dataset);
+    if (!footage)
+        return footage.error();
+    const auto &variants = ablation_variants();
+    Progress progress("", static_cast<double>(variants.size()) * footage->frames);
+    std::vector<Summary> rows;
+    for (const Variant &variant : variants) {
+        progress.set_what(fmt::format("{}, {}", footage->name, variant.name));
+        const double before = static_cast<double>(rows.size()) * footage->frames;
+        auto summary =
+            score(arguments, *footage, variant, [&](int done) { progress.update(before + done); });
+        if (!summary)
+            return summary.error();
+        rows.push_back(*std::move(summary));
+    }
+    return rows;
 }
 
 } // namespace
@@ -169,17 +186,13 @@ void AblateArguments::add_to(CLI::App &command) {
 Status ablate(const AblateArguments &arguments) {
     std::vector<std::string> objects;
     for (const std::string &dataset : arguments.datasets) {
-        std::vector<Summary> rows;
-        for (const Variant &variant : ablation_variants()) {
-            auto summary = score(arguments, dataset, variant);
-            if (!summary)
-                return summary.error();
-            rows.push_back(*std::move(summary));
-        }
+        const auto rows = score_all(arguments, dataset);
+        if (!rows)
+            return rows.error();
         if (arguments.json)
-            std::ranges::move(to_json(rows), std::back_inserter(objects));
+            std::ranges::move(to_json(*rows), std::back_inserter(objects));
         else
-            fmt::print("{}\n", arguments.markdown ? to_markdown(rows) : to_text(rows));
+            fmt::print("{}\n", arguments.markdown ? to_markdown(*rows) : to_text(*rows));
         std::fflush(stdout);
     }
     if (arguments.json)

@@ -47,7 +47,8 @@ Result<Footage> open_recorded_footage(const std::string &source, const RecordedO
         .assumed = imported.assumed,
         .truth = {},
     };
-    auto recorded = std::make_shared<const Recorded>(*std::move(prepared), *std::move(recording));
+    auto recorded =
+        std::make_shared<const Recorded>(Recorded{*std::move(prepared), *std::move(recording)});
     footage.truth = [recorded](std::uint64_t sequence) -> Result<DepthMap> {
         const Intrinsics &camera = recorded->recording.camera;
         DepthMap depth(camera.width, camera.height);
