@@ -161,6 +161,7 @@ TEST_CASE("names of folders cannot break the page or the tables", "[report]") {
     CHECK(to_html(results).find("=&lt;script&gt;&quot;&amp;,") != std::string::npos);
     CHECK(to_csv(results.scores).find("\"'=<script>\"\"&,\",paper,threshold,4") !=
           std::string::npos);
+    CHECK(all_tables(sample()).find(",+20.0") != std::string::npos); // numbers stay numbers
 }
 
 TEST_CASE("thresholds are set for one percent, rivals for the same duty cycle", "[report]") {

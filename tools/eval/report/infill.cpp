@@ -101,9 +101,11 @@ Trial try_infill(const Sequence &sequence, const SystemDescription &description,
 }
 
 void add_pictures(std::vector<Picture> &pictures, const Trial &trial, const DepthRange &range,
-                  const std::string &group) {
-    pictures.push_back({group, "what the camera sees", png_data(color_depth(trial.left, range))});
-    pictures.push_back({group, fmt::format("infilled, {:.2f} % off", trial.filled.mre),
+                  const std::string &dataset, const std::string &reason) {
+    const std::string group = dataset + ", infilling";
+    pictures.push_back(
+        {group, reason + ": what the camera sees", png_data(color_depth(trial.left, range))});
+    pictures.push_back({group, fmt::format("given back, {:.2f} % off", trial.filled.mre),
                         png_data(color_depth(trial.given, range))});
 }
 
@@ -132,7 +134,7 @@ Infill infill(const Sequence &sequence, int workers, Watch &watch) {
                 trials.filled.push_back(trial.filled.coverage());
                 if (first == 0 && system.name == "default")
                     add_pictures(result.pictures, trial, depth_range(sequence.frames[gap].measured),
-                                 sequence.name + ", " + reason);
+                                 sequence.name, reason);
             }
             if (!trials.filled.empty())
                 result.scores.push_back(score_of(trials, sequence, name, reason));

@@ -56,7 +56,7 @@ svg .inside { fill: var(--paper); font-weight: 600; }
 .c8 { --c: var(--c8); } .c9 { --c: var(--c9); } .c10 { --c: var(--c10); } .c11 { --c: var(--c11); }
 .c12 { --c: var(--c12); } .c13 { --c: var(--c13); }
 .pictures { display: grid; gap: .6rem; margin-bottom: 1.4rem;
-  grid-template-columns: repeat(auto-fill, minmax(min(46%, 13rem), 1fr)); }
+  grid-template-columns: repeat(auto-fill, minmax(min(46%, 11.5rem), 1fr)); }
 h3 { font-size: 1rem; margin: 1rem 0 .3rem; overflow-wrap: anywhere; }
 figure { margin: 0; }
 figure img { width: 100%; display: block; border-radius: 3px; }

@@ -20,7 +20,8 @@ namespace afterglow {
 std::span<const SystemDescription> lineup();
 /// Of lineup(); nothing for another name.
 const SystemDescription *find_system(std::string_view name);
-/// As tables print it: "This Work (paper)" for "paper". A name that lineup() does not have is its own.
+/// As tables print it: "This Work (paper)" for "paper". A name that lineup() does not have is its
+/// own.
 std::string title_of(std::string_view name);
 
 /// What a system is made with.

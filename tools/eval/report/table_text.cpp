@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
 
 namespace afterglow {
 namespace {
@@ -14,9 +15,15 @@ std::string shown(const Table::Cell &cell) {
     return fmt::format("{}{}({})", cell.ours, cell.ours.empty() ? "" : " ", cell.theirs);
 }
 
+bool is_number(const std::string &text) {
+    char *end = nullptr;
+    std::strtod(text.c_str(), &end);
+    return !text.empty() && *end == '\0';
+}
+
 /// Spreadsheets take a cell that begins so for a formula; names of folders may.
 std::string csv_cell(std::string text) {
-    if (!text.empty() && std::string("=+@").find(text[0]) != std::string::npos)
+    if (!text.empty() && std::string("=+-@").find(text[0]) != std::string::npos && !is_number(text))
         text = "'" + text;
     if (text.find_first_of(",\"\r\n") == std::string::npos)
         return text;
