@@ -28,11 +28,6 @@ std::vector<std::uint8_t *> rows_of(ImageView<T> image) {
     return rows;
 }
 
-std::uint8_t luma_of(const Rgb &pixel) {
-    return static_cast<std::uint8_t>(
-        (299 * pixel.red + 587 * pixel.green + 114 * pixel.blue + 500) / 1000);
-}
-
 /// Where the pixels of a file go: into memory of the size that the file turns out to have, or into
 /// memory that is there already and sets the size that the file must have.
 template <class T>

@@ -16,7 +16,13 @@ namespace afterglow {
 
 inline constexpr int max_image_side = 8192; ///< pixels
 
-/// Reads a PNG or JPEG file as luma. Colour becomes 0.299 R + 0.587 G + 0.114 B, rounded.
+/// 0.299 R + 0.587 G + 0.114 B, rounded.
+constexpr std::uint8_t luma_of(const Rgb &pixel) {
+    return static_cast<std::uint8_t>(
+        (299 * pixel.red + 587 * pixel.green + 114 * pixel.blue + 500) / 1000);
+}
+
+/// Reads a PNG or JPEG file as luma; colour by luma_of().
 Result<Luma> read_luma(const std::string &path);
 /// The same into memory that is there already, and whose size the image must have. On failure the
 /// pixels are undefined.

@@ -9,6 +9,7 @@
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <vector>
 
 namespace {
 
@@ -58,21 +59,35 @@ TEST_CASE("merge names the file that it cannot read", "[report]") {
 }
 
 TEST_CASE("jobs run under GNU parallel are merged into one report", "[report]") {
-    if (std::system("parallel --version >/dev/null 2>&1") != 0) {
-        WARN("GNU parallel is not installed: not tested");
-        return;
-    }
     const TemporaryFolder folder;
     const std::string eval = AFTERGLOW_BIN_DIR "/afterglow-eval";
     const std::string jobs = "cd " + folder.path() + " && HOME=" + folder.path() +
                              " parallel -j 2 '" + eval +
                              " run synthetic --frames 4 --preset {1} --json > {1}.json'"
                              " ::: paper default < /dev/null 2> errors";
+    INFO("GNU parallel (package parallel) runs the jobs");
     REQUIRE(std::system(jobs.c_str()) == 0);
     const Ended merged = run({"afterglow-eval", "merge", folder.path() + "/paper.json",
                               folder.path() + "/default.json", "--out", folder.path() + "/report"});
     REQUIRE(merged.code == 0);
     const std::string page = read(folder.path() + "/report/index.html");
-    CHECK(page.find("This Work MRE") != std::string::npos);
-    CHECK(page.find("afterglow MRE") != std::string::npos);
+    CHECK(page.find("Evaluation at about 1 % error: This Work") != std::string::npos);
+    CHECK(page.find("Evaluation at about 1 % error: afterglow") != std::string::npos);
+}
+
+TEST_CASE("jobs with different settings are told apart when they are merged", "[report]") {
+    const TemporaryFolder folder;
+    std::vector<std::string> merge = {"afterglow-eval", "merge", "--out",
+                                      folder.path() + "/report"};
+    for (const char *threshold : {"2", "8"}) {
+        const Ended job =
+            run({"afterglow-eval", "run", "synthetic", "--frames", "4", "--preset", "paper",
+                 "--set", std::string("ransac.threshold=") + threshold, "--json"});
+        REQUIRE(job.code == 0);
+        merge.push_back(folder.file(std::string(threshold) + ".json", job.output));
+    }
+    REQUIRE(run(merge).code == 0);
+    const std::string csv = read(folder.path() + "/report/scores.csv");
+    CHECK(csv.find("synthetic,paper,threshold,2,4,") != std::string::npos);
+    CHECK(csv.find("synthetic,paper,threshold,8,4,") != std::string::npos);
 }

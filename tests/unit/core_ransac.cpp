@@ -4,67 +4,9 @@
 #include "tests/catch.hpp"
 #include "tests/matches.hpp"
 
-#include <cmath>
-#include <cstdio>
 #include <random>
 
 using namespace afterglow;
-
-namespace {
-
-struct Corruption {
-    const char *what;
-    bool depth;
-    bool flow;
-    double paper_reduction; ///< percent, Table II
-};
-
-/// Root mean square of the translation error over `trials` random motions, metres, without and
-/// with RANSAC. Flow is rounded to whole pixels, as the three-step search gives it; of each thing
-/// to corrupt a fifth is.
-std::pair<double, double> translation_rmse(const Corruption &corruption, int trials) {
-    std::mt19937 random(7);
-    std::normal_distribution<double> normal;
-    std::uniform_real_distribution<double> uniform(0, 1);
-    double plain = 0;
-    double robust = 0;
-    for (int trial = 0; trial < trials; ++trial) {
-        const auto vector = [&](double sigma) -> Eigen::Vector3d {
-            return Eigen::Vector3d(normal(random), normal(random), normal(random)) * sigma;
-        };
-        const Pose truth{rotation(vector(0.01)), vector(0.02)};
-        auto matches = exact_matches(truth, 144, static_cast<unsigned>(trial));
-        for (Match &match : matches) {
-            match.to = (match.to - match.from).array().round().matrix() + match.from;
-            if (corruption.depth && uniform(random) < 0.2)
-                match.z *= 0.5 + uniform(random);
-            if (corruption.flow && uniform(random) < 0.2)
-                match.to += Eigen::Vector2d(30 * uniform(random) - 15, 30 * uniform(random) - 15);
-        }
-        const auto without = solve_pose(matches, test_camera, 3);
-        const auto with = RansacPose({}, matches.size()).solve(matches, test_camera);
-        REQUIRE(without);
-        REQUIRE(with);
-        plain += (without->T - truth.T).squaredNorm();
-        robust += (with->pose.T - truth.T).squaredNorm();
-    }
-    return {std::sqrt(plain / trials), std::sqrt(robust / trials)};
-}
-
-} // namespace
-
-TEST_CASE("RANSAC lowers the translation error as in the paper's Table II", "[core]") {
-    std::printf("corrupted   RMSE, m   with RANSAC   reduction   paper\n");
-    for (const Corruption &corruption :
-         {Corruption{"depth", true, false, 68.0}, Corruption{"flow", false, true, 59.4},
-          Corruption{"both", true, true, 45.1}}) {
-        const auto [plain, robust] = translation_rmse(corruption, 300);
-        const double reduction = 100 * (1 - robust / plain);
-        std::printf("%-9s   %7.4f   %11.4f   %7.1f %%   %4.1f %%\n", corruption.what, plain, robust,
-                    reduction, corruption.paper_reduction);
-        CHECK(reduction > 30);
-    }
-}
 
 TEST_CASE("RANSAC finds the pose among gross outliers", "[core]") {
     const Pose truth{rotation({0.01, -0.02, 0.01}), {0.03, 0.01, -0.02}};

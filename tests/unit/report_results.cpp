@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "core/gate.hpp"
 #include "tests/catch.hpp"
 #include "tools/eval/report/html.hpp"
 #include "tools/eval/report/paper_figures.hpp"
@@ -41,7 +42,8 @@ Results sample() {
                 score("desk", "default", "target", 2, 6, 2.2),
                 score("desk", "copy", "interval", 8, 12.5, 3.3),
                 score("desk", "reverse-warp", "threshold", 4, 20, 1.8),
-                score("desk", "median", "threshold", 4, 20, 1.6)};
+                score("desk", "median", "threshold", 4, 20, 1.6),
+                score("desk", "default", "target", GatePolicy().target_mre, 9, 1.3)};
     r.flow_times = {{"Three Step Search", 1.25, 1, 1, 1, 30},
                     {"Lucas Kanade", 5.5, 4.4, 4.2, 4.6, 30}};
     r.system_times = {{"paper", 7, 1, 1, 1, 30}, {"default", 2.8, 0.4, 0.38, 0.42, 30}};
@@ -50,6 +52,8 @@ Results sample() {
                      {"reprojection", 5, 0.625, 0.6, 0.7, 30},
                      {"all", 8, 1, 1, 1, 30}};
     r.ransac = {{.depth = true, .flow = false, .plain_rmse_m = 0.02, .ransac_rmse_m = 0.005}};
+    r.ablations = {{"default", "nothing", r.scores[2].summary},
+                   {"no crack filling", "holes stay open", r.scores[3].summary}};
     InfillScore filled;
     filled.dataset = "desk";
     filled.system = "paper";
@@ -59,7 +63,7 @@ Results sample() {
     filled.filled_mre = 1.23;
     filled.filled = 87.5;
     r.infill = {filled};
-    r.pictures = {{"desk", "an image", Image<Rgb>(4, 3, {1, 2, 3})}};
+    r.pictures = {{"desk", "an image", png_data(Image<Rgb>(4, 3, {1, 2, 3}))}};
     return r;
 }
 
@@ -96,6 +100,17 @@ TEST_CASE("a result that changes changes the page, the tables and the JSON", "[r
         {"stage time", [](Results &r) { r.stage_times[0].ms = 7.77; }},
         {"plain RMSE", [](Results &r) { r.ransac[0].plain_rmse_m = 0.0777; }},
         {"RANSAC's RMSE", [](Results &r) { r.ransac[0].ransac_rmse_m = 0.0077; }},
+        {"frames", [](Results &r) { r.scores[7].summary.frames = 77; }},
+        {"95th percentile", [](Results &r) { r.scores[7].summary.mre_p95 = 7.77; }},
+        {"worst coverage", [](Results &r) { r.scores[7].summary.coverage_p5 = 77.7; }},
+        {"correlation", [](Results &r) { r.scores[7].summary.expected_correlation = 0.777; }},
+        {"ablation's duty cycle", [](Results &r) { r.ablations[1].summary.duty_cycle = 77; }},
+        {"ablation's MRE", [](Results &r) { r.ablations[1].summary.mre_median = 7.77; }},
+        {"ablation's MRE tail", [](Results &r) { r.ablations[1].summary.mre_p95 = 7.77; }},
+        {"ablation's coverage", [](Results &r) { r.ablations[1].summary.coverage_median = 7; }},
+        {"ablation's worst", [](Results &r) { r.ablations[1].summary.coverage_p5 = 7.77; }},
+        {"what everything is compared with",
+         [](Results &r) { r.ablations[0].summary.mre_median = 7; }},
         {"overlap", [](Results &r) { r.infill[0].overlap_mre = 7.77; }},
         {"filled MRE", [](Results &r) { r.infill[0].filled_mre = 7.77; }},
         {"filled", [](Results &r) { r.infill[0].filled = 77.7; }},
@@ -110,7 +125,7 @@ TEST_CASE("a result that changes changes the page, the tables and the JSON", "[r
         CHECK(to_json(before) != to_json(after));
     }
     Results repainted = sample();
-    repainted.pictures[0].pixels(0, 0) = {200, 0, 0};
+    repainted.pictures[0].png = png_data(Image<Rgb>(4, 3, {200, 0, 0}));
     CHECK(to_html(before) != to_html(repainted));
 }
 
@@ -146,6 +161,7 @@ TEST_CASE("names of folders cannot break the page or the tables", "[report]") {
     CHECK(to_html(results).find("=&lt;script&gt;&quot;&amp;,") != std::string::npos);
     CHECK(to_csv(results.scores).find("\"'=<script>\"\"&,\",paper,threshold,4") !=
           std::string::npos);
+    CHECK(all_tables(sample()).find(",+20.0") != std::string::npos); // numbers stay numbers
 }
 
 TEST_CASE("thresholds are set for one percent, rivals for the same duty cycle", "[report]") {
@@ -168,9 +184,52 @@ TEST_CASE("the paper's datasets are known by layout and by name", "[report]") {
     CHECK(paper::family_of("tum_fr1_rpy", "tum") == "tum");
     CHECK(paper::family_of("kitchen", "tum").empty());
     CHECK(paper::family_of("kitchen_0001", "nyu-v2") == "nyu");
+    CHECK(paper::family_of("synthetic:icl-nuim", "") == "icl");
+    CHECK(paper::family_of("bicycles", "tum").empty());
+    CHECK(paper::family_of("stuma", "7-scenes").empty());
     CHECK(paper::errors("tum", "paper")->duty_cycle == 16.0);
     CHECK_FALSE(paper::errors("tum", "lk")->duty_cycle);
     CHECK_FALSE(paper::errors("tum", "sfm-orb"));
+}
+
+TEST_CASE("the paper's datasets come first, in its order, and say what stands in", "[report]") {
+    Results results;
+    for (const char *name : {"office", "synthetic:icl-nuim", "tum_fr1_rpy"})
+        for (const char *system : {"paper", "lk", "default"})
+            results.scores.push_back(score(name, system, "threshold", 4, 20, 1));
+    const auto tables = make_tables(results);
+    const auto table = std::ranges::find(tables, "table-3", &Table::id);
+    REQUIRE(table != tables.end());
+    std::vector<std::string> labels;
+    for (const Table::Row &row : table->rows)
+        labels.push_back(row.label);
+    CHECK(labels == std::vector<std::string>{"TU Munich RGB-D: tum_fr1_rpy",
+                                             "ICL-NUIM (synthetic stand-in)", "office", "mean",
+                                             "median", "median of the recorded"});
+    CHECK(table->rows[0].cells[0].theirs == "0.96");
+    CHECK(table->rows[2].cells[0].theirs.empty());
+    CHECK(table->rows[3].cells[0].theirs == "0.93");
+}
+
+TEST_CASE("what a merged file calls its system names no file outside the report", "[report]") {
+    Results results;
+    results.scores = {score("desk", "../../etc/passwd", "", 0, 20, 1)};
+    for (const Table &table : make_tables(results))
+        CHECK(table.id.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-") ==
+              std::string::npos);
+}
+
+TEST_CASE("idle time is never less than none", "[report]") {
+    Results results = sample();
+    const auto idle = [&] {
+        for (const Table &table : make_tables(results))
+            if (table.id == "table-6")
+                return table.rows[1].cells[0].ours;
+        return std::string();
+    };
+    CHECK(idle() == "0.10"); // 0.16 W for 60 % of the time
+    results.system_times[1].ratio = 3.5;
+    CHECK(idle() == "0.00");
 }
 
 TEST_CASE("base64 pads what does not come in threes", "[report]") {

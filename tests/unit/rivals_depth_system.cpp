@@ -203,7 +203,6 @@ TEST_CASE("the rivals made of the paper's pipeline differ from it where they sho
     SECTION("reverse warping leaves no cracks, and fills what was hidden") {
         CHECK(coverage(maps("reverse-warp")) > coverage(paper));
     }
-#ifdef AFTERGLOW_RIVALS
     SECTION("the median fills cracks") {
         CHECK(coverage(maps("median")) > coverage(paper));
     }
@@ -214,5 +213,4 @@ TEST_CASE("the rivals made of the paper's pipeline differ from it where they sho
     SECTION("OpenCV's odometry follows the measured map itself, without drift") {
         CHECK(compare_depth(maps("opencv-rgbd").back(), walk.depth.back()).mre < 0.6);
     }
-#endif
 }

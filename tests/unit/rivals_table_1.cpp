@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#ifdef AFTERGLOW_RIVALS
 #include "core/grid_flow.hpp"
 #include "tests/catch.hpp"
 #include "tools/eval/rivals/table_1.hpp"
@@ -58,4 +57,3 @@ TEST_CASE("Harris' corners are those of the squares in the image", "[rivals]") {
     }
     CHECK(find_harris_corners(Luma(320, 240, 9), 144).empty());
 }
-#endif

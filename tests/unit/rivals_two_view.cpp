@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#ifdef AFTERGLOW_RIVALS
 #include "tests/catch.hpp"
 #include "tests/matches.hpp"
 #include "tools/eval/rivals/two_view.hpp"
@@ -106,4 +105,3 @@ TEST_CASE("the scale of a map without one is found from the truth", "[rivals]") 
         CHECK_FALSE(fit_scale(points, DepthMap(64, 48)));
     }
 }
-#endif

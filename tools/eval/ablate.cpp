@@ -11,21 +11,14 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <functional>
 #include <iterator>
 #include <optional>
 #include <string_view>
 
 namespace afterglow {
-namespace {
 
-struct Variant {
-    std::string_view name;
-    std::vector<std::string> assignments;
-    std::string_view shows; ///< what is lost, in the words of docs/estimation.md
-};
-
-/// The first is what the others are compared with.
-const std::vector<Variant> &variants() {
+const std::vector<Variant> &ablation_variants() {
     static const std::vector<Variant> all = {
         {"default", {}, "all stages as they are"},
         {"one keyframe", {"compose.keyframes=1"}, "no earlier map is kept"},
@@ -71,61 +64,48 @@ const std::vector<Variant> &variants() {
     return all;
 }
 
-/// A column of the table: a figure of merit, and how it is printed.
-struct Column {
-    std::string_view key;
-    std::string_view title;
-    std::optional<double> (*of)(const Summary &);
-};
+namespace {
 
-constexpr Column columns[] = {
-    {"duty_cycle", "duty %", [](const Summary &s) { return std::optional(s.duty_cycle); }},
-    {"mre_median", "MRE med", [](const Summary &s) { return s.mre_median; }},
-    {"mre_p95", "MRE p95", [](const Summary &s) { return s.mre_p95; }},
-    {"coverage_median", "cov. med", [](const Summary &s) { return s.coverage_median; }},
-    {"coverage_p5", "cov. p5", [](const Summary &s) { return s.coverage_p5; }},
-};
-
-std::optional<double> change(const Column &column, const Summary &from, const Summary &to) {
-    const auto a = column.of(from);
-    const auto b = column.of(to);
+std::optional<double> change(const Merit &merit, const Summary &from, const Summary &to) {
+    const auto a = merit.of(from);
+    const auto b = merit.of(to);
     return a && b ? std::optional(*b - *a) : std::nullopt;
 }
 
 /// "1.37 (-0.02)"; the first row has no change.
-std::string cell(const Column &column, const std::vector<Summary> &rows, std::size_t row) {
-    const auto value = column.of(rows[row]);
+std::string cell(const Merit &merit, const std::vector<Summary> &rows, std::size_t row) {
+    const auto value = merit.of(rows[row]);
     if (!value)
         return "-";
-    const auto by = row > 0 ? change(column, rows[0], rows[row]) : std::nullopt;
+    const auto by = row > 0 ? change(merit, rows[0], rows[row]) : std::nullopt;
     return fmt::format("{:.2f}", *value) + (by ? fmt::format(" ({:+.2f})", *by) : "");
 }
 
 std::string to_text(const std::vector<Summary> &rows) {
     std::string out = fmt::format("{}, preset {}\n{:<22}", rows[0].dataset, rows[0].preset, "");
-    for (const Column &column : columns)
-        out += fmt::format("{:>16}", column.title);
+    for (const Merit &merit : merits())
+        out += fmt::format("{:>16}", merit.title);
     for (std::size_t row = 0; row < rows.size(); ++row) {
-        out += fmt::format("\n{:<22}", variants()[row].name);
-        for (const Column &column : columns)
-            out += fmt::format("{:>16}", cell(column, rows, row));
+        out += fmt::format("\n{:<22}", ablation_variants()[row].name);
+        for (const Merit &merit : merits())
+            out += fmt::format("{:>16}", cell(merit, rows, row));
     }
     return out + "\n";
 }
 
 std::string to_markdown(const std::vector<Summary> &rows) {
     std::string out = fmt::format("**{}**\n\n| variant |", rows[0].dataset);
-    for (const Column &column : columns)
-        out += fmt::format(" {} |", column.title);
+    for (const Merit &merit : merits())
+        out += fmt::format(" {} |", merit.title);
     out += " what is lost |\n|---|";
-    for (std::size_t i = 0; i < std::size(columns); ++i)
+    for (std::size_t i = 0; i < merits().size(); ++i)
         out += "---|";
     out += "---|\n";
     for (std::size_t row = 0; row < rows.size(); ++row) {
-        out += fmt::format("| {} |", variants()[row].name);
-        for (const Column &column : columns)
-            out += fmt::format(" {} |", cell(column, rows, row));
-        out += fmt::format(" {} |\n", variants()[row].shows);
+        out += fmt::format("| {} |", ablation_variants()[row].name);
+        for (const Merit &merit : merits())
+            out += fmt::format(" {} |", cell(merit, rows, row));
+        out += fmt::format(" {} |\n", ablation_variants()[row].shows);
     }
     return out;
 }
@@ -135,14 +115,14 @@ std::string to_markdown(const std::vector<Summary> &rows) {
 std::vector<std::string> to_json(const std::vector<Summary> &rows) {
     std::vector<std::string> objects;
     for (std::size_t row = 0; row < rows.size(); ++row) {
-        const Variant &variant = variants()[row];
+        const Variant &variant = ablation_variants()[row];
         std::vector<std::string> assignments;
         for (const std::string &assignment : variant.assignments)
             assignments.push_back(json_string(assignment));
         std::vector<std::string> changes;
-        for (const Column &column : columns)
-            changes.push_back(fmt::format("\"{}\": {}", column.key,
-                                          json_number(change(column, rows[0], rows[row]))));
+        for (const Merit &merit : merits())
+            changes.push_back(fmt::format("\"{}\": {}", merit.key,
+                                          json_number(change(merit, rows[0], rows[row]))));
         objects.push_back(
             json_object({{"variant", json_string(std::string(variant.name))},
                          {"assignments", json_array(assignments)},
@@ -152,35 +132,53 @@ std::vector<std::string> to_json(const std::vector<Summary> &rows) {
     return objects;
 }
 
-Result<Summary> score(const AblateArguments &arguments, const std::string &dataset,
-                      const Variant &variant) {
+Result<Summary> score(const AblateArguments &arguments, Footage &footage, const Variant &variant,
+                      const std::function<void(int done)> &progress) {
     TuningArguments tuning = arguments.tuning;
     tuning.assignments.insert(tuning.assignments.end(), variant.assignments.begin(),
                               variant.assignments.end());
     const auto resolved = tuning.resolve();
     if (!resolved)
         return resolved.error();
-    auto footage = arguments.footage.open(dataset);
-    if (!footage)
-        return footage.error();
-    Progress progress(fmt::format("{}, {}", footage->name, variant.name), footage->frames);
-    const auto evaluation =
-        evaluate(*footage, {.estimator = resolved->first,
-                            .gate = resolved->second,
-                            .workers = arguments.workers,
-                            .publish = {},
-                            .progress = [&](int done) { progress.update(done); }});
+    const auto evaluation = evaluate(footage, {.estimator = resolved->first,
+                                               .gate = resolved->second,
+                                               .workers = arguments.workers,
+                                               .publish = {},
+                                               .progress = progress});
     if (!evaluation)
         return evaluation.error();
     if (evaluation->frames.empty())
-        return Error{fmt::format("{}: not one usable frame", dataset)};
-    return summarize(*evaluation, footage->name, tuning.preset, resolved->second.target_mre);
+        return Error{fmt::format("{}: not one usable frame", footage.name)};
+    return summarize(*evaluation, footage.name, tuning.preset, resolved->second.target_mre);
+}
+
+/// A summary for each variant.
+Result<std::vector<Summary>> score_all(const AblateArguments &arguments,
+                                       const std::string &dataset) {
+    auto footage = arguments.footage.open(dataset);
+    if (!footage)
+        return footage.error();
+    const auto &variants = ablation_variants();
+    Progress progress("", static_cast<double>(variants.size()) * footage->frames);
+    std::vector<Summary> rows;
+    for (const Variant &variant : variants) {
+        progress.set_what(fmt::format("{}, {}", footage->name, variant.name));
+        const double before = static_cast<double>(rows.size()) * footage->frames;
+        auto summary =
+            score(arguments, *footage, variant, [&](int done) { progress.update(before + done); });
+        if (!summary)
+            return summary.error();
+        rows.push_back(*std::move(summary));
+    }
+    return rows;
 }
 
 } // namespace
 
 void AblateArguments::add_to(CLI::App &command) {
-    command.add_option("datasets", datasets, "Folders in TUM layout, or the word synthetic")
+    command
+        .add_option("datasets", datasets,
+                    "Folders in known layouts (docs/datasets.md), or the word synthetic")
         ->required();
     tuning.add_to(command);
     footage.add_to(command);
@@ -194,17 +192,13 @@ void AblateArguments::add_to(CLI::App &command) {
 Status ablate(const AblateArguments &arguments) {
     std::vector<std::string> objects;
     for (const std::string &dataset : arguments.datasets) {
-        std::vector<Summary> rows;
-        for (const Variant &variant : variants()) {
-            auto summary = score(arguments, dataset, variant);
-            if (!summary)
-                return summary.error();
-            rows.push_back(*std::move(summary));
-        }
+        const auto rows = score_all(arguments, dataset);
+        if (!rows)
+            return rows.error();
         if (arguments.json)
-            std::ranges::move(to_json(rows), std::back_inserter(objects));
+            std::ranges::move(to_json(*rows), std::back_inserter(objects));
         else
-            fmt::print("{}\n", arguments.markdown ? to_markdown(rows) : to_text(rows));
+            fmt::print("{}\n", arguments.markdown ? to_markdown(*rows) : to_text(*rows));
         std::fflush(stdout);
     }
     if (arguments.json)

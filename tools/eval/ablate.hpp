@@ -7,9 +7,20 @@
 #include <CLI/CLI.hpp>
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace afterglow {
+
+/// The preset with one of its stages switched off.
+struct Variant {
+    std::string_view name;
+    std::vector<std::string> assignments; ///< key=value
+    std::string_view shows;               ///< what is lost, in the words of docs/estimation.md
+};
+
+/// The first has all stages; the others are compared with it.
+const std::vector<Variant> &ablation_variants();
 
 /// afterglow-eval ablate: scores the preset with each of its stages switched off in turn.
 struct AblateArguments {

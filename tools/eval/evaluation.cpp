@@ -10,20 +10,6 @@
 namespace afterglow {
 namespace {
 
-FrameScore score(const FrameResult &result, std::uint64_t index) {
-    const Estimate &estimate = result.estimate;
-    FrameScore score;
-    score.index = index;
-    score.t_ns = result.t_ns;
-    score.measured = estimate.source == FrameSource::measured;
-    score.age_frames = estimate.age_frames;
-    score.inliers = estimate.inliers;
-    score.ms = std::chrono::duration<double, std::milli>(result.estimation_time).count();
-    if (estimate.expected_mre >= 0)
-        score.expected_mre = estimate.expected_mre;
-    return score;
-}
-
 /// Takes all footage through a FrameLoop or its like.
 template <class Loop>
 Result<Evaluation> take(Footage &footage, const EvaluationOptions &options, Loop &&loop) {
@@ -49,7 +35,9 @@ Result<Evaluation> take(Footage &footage, const EvaluationOptions &options, Loop
             options.progress(done);
         if (result.capture != Capture::frame)
             continue;
-        FrameScore &frame = evaluation.frames.emplace_back(score(result, evaluation.frames.size()));
+        const double ms = std::chrono::duration<double, std::milli>(result.estimation_time).count();
+        FrameScore &frame = evaluation.frames.emplace_back(
+            describe(result.estimate, evaluation.frames.size(), result.t_ns, ms));
         if (options.publish)
             if (Status published = options.publish(frame.index, result.estimate.depth); !published)
                 return published.error();
@@ -64,6 +52,19 @@ Result<Evaluation> take(Footage &footage, const EvaluationOptions &options, Loop
 }
 
 } // namespace
+
+FrameScore describe(const Estimate &estimate, std::uint64_t index, std::int64_t t_ns, double ms) {
+    FrameScore score;
+    score.index = index;
+    score.t_ns = t_ns;
+    score.measured = estimate.source == FrameSource::measured;
+    score.age_frames = estimate.age_frames;
+    score.inliers = estimate.inliers;
+    score.ms = ms;
+    if (estimate.expected_mre >= 0)
+        score.expected_mre = estimate.expected_mre;
+    return score;
+}
 
 void compare(FrameScore &score, DepthView depth, DepthView truth) {
     const DepthErrors errors = compare_depth(depth, truth);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "core/estimate.hpp"
 #include "core/estimator_options.hpp"
 #include "core/gate.hpp"
 #include "core/result.hpp"
@@ -44,6 +45,9 @@ struct EvaluationOptions {
     std::function<Status(std::uint64_t index, DepthView depth)> publish;
     std::function<void(int done)> progress; ///< called after each frame
 };
+
+/// What an estimate says of itself; compare() adds how true that is.
+FrameScore describe(const Estimate &estimate, std::uint64_t index, std::int64_t t_ns, double ms);
 
 /// Fills in the score of a published depth map against the truth.
 void compare(FrameScore &score, DepthView depth, DepthView truth);

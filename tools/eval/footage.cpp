@@ -4,52 +4,60 @@
 #include "drivers/replay/recording.hpp"
 #include "drivers/replay/replay.hpp"
 #include "drivers/synthetic/truth.hpp"
+#include "tools/eval/datasets/dataset.hpp"
+#include "tools/eval/datasets/import.hpp"
+#include "tools/eval/import.hpp"
 
 #include <algorithm>
-#include <filesystem>
 #include <memory>
 #include <utility>
 
 namespace afterglow {
-namespace {
 
-/// "path/to/name/" and "path/to/name" are both "name".
-std::string folder_name(const std::string &folder) {
-    const auto path = std::filesystem::absolute(folder).lexically_normal();
-    return (path.has_filename() ? path : path.parent_path()).filename();
-}
-
-} // namespace
-
-Result<Footage> open_recorded_footage(const std::string &folder, int frames, int wake_latency) {
-    auto recording = open_recording(folder);
+Result<Footage> open_recorded_footage(const std::string &source, const RecordedOptions &options) {
+    const ImportOptions import{.layout = options.layout,
+                               .frames = static_cast<std::size_t>(options.frames),
+                               .progress = import_progress()};
+    auto prepared = ReplayFolder::prepare(source, import);
+    if (!prepared)
+        return prepared.error();
+    auto recording = open_recording(prepared->path());
     if (!recording)
         return recording.error();
-    auto rig = open_replay({.path = folder,
+    auto rig = open_replay({.path = prepared->path(),
                             .real_time = false,
                             .loop = false,
-                            .wake_latency_frames = wake_latency,
-                            .frames = frames});
+                            .wake_latency_frames = options.wake_latency,
+                            .frames = options.frames});
     if (!rig)
         return rig.error();
     const auto total = static_cast<int>(recording->entries.size());
-    const auto skipped = static_cast<int>(recording->skipped);
-    std::string reason = recording->skipped_reason;
-    auto shared = std::make_shared<const Recording>(*std::move(recording));
-    return Footage{
-        .name = folder_name(folder),
-        .rig = *std::move(rig),
-        .frames = frames > 0 ? std::min(frames, total) : total,
-        .left_out = skipped,
-        .problem = std::move(reason),
-        .truth = [shared](std::uint64_t sequence) -> Result<DepthMap> {
-            DepthMap depth(shared->camera.width, shared->camera.height);
-            const Status read = read_depth_mm(*shared, sequence, depth);
-            if (!read)
-                return read.error();
-            return depth;
-        },
+    const ImportSummary &imported = prepared->summary();
+    struct Recorded {
+        ReplayFolder folder;
+        Recording recording;
     };
+    Footage footage{
+        .name = folder_name(source),
+        .layout = imported.layout,
+        .rig = *std::move(rig),
+        .frames = options.frames > 0 ? std::min(options.frames, total) : total,
+        .left_out = static_cast<int>(recording->skipped + imported.skipped),
+        .problem = imported.skipped > 0 ? imported.skipped_reason : recording->skipped_reason,
+        .assumed = imported.assumed,
+        .truth = {},
+    };
+    auto recorded =
+        std::make_shared<const Recorded>(Recorded{*std::move(prepared), *std::move(recording)});
+    footage.truth = [recorded](std::uint64_t sequence) -> Result<DepthMap> {
+        const Intrinsics &camera = recorded->recording.camera;
+        DepthMap depth(camera.width, camera.height);
+        const Status read = read_depth_mm(recorded->recording, sequence, depth);
+        if (!read)
+            return read.error();
+        return depth;
+    };
+    return footage;
 }
 
 Result<Footage> open_synthetic_footage(SyntheticOptions options) {
@@ -59,10 +67,12 @@ Result<Footage> open_synthetic_footage(SyntheticOptions options) {
         return rig.error();
     auto truth = std::make_shared<SyntheticTruth>(options);
     return Footage{
-        .name = "synthetic",
+        .name = synthetic_name,
+        .layout = synthetic_name,
         .rig = *std::move(rig),
         .frames = options.frames,
         .problem = {},
+        .assumed = {},
         .truth = [truth](std::uint64_t sequence) -> Result<DepthMap> {
             return truth->depth(sequence);
         },

@@ -8,35 +8,40 @@
 #include <fmt/format.h>
 
 #include <limits>
+#include <memory>
 #include <optional>
-#include <set>
 
 namespace afterglow {
 
+std::function<bool(std::size_t done, std::size_t of)> import_progress() {
+    const auto progress = std::make_shared<std::optional<Progress>>();
+    return [progress](std::size_t done, std::size_t of) {
+        if (!*progress)
+            progress->emplace("import", static_cast<double>(of));
+        (*progress)->update(static_cast<double>(done));
+        return true;
+    };
+}
+
+std::set<std::string> layout_names() {
+    const auto layouts = dataset_layouts();
+    return {layouts.begin(), layouts.end()};
+}
+
 void ImportArguments::add_to(CLI::App &command) {
-    std::set<std::string> layouts;
-    for (const std::string_view name : dataset_layouts())
-        layouts.emplace(name);
     command.add_option("dataset", dataset, "Folder as published (docs/datasets.md)")->required();
     command.add_option("recording", recording, "Folder to be made")->required();
     command.add_option("--layout", layout, "Of the dataset, if it is not recognised")
-        ->check(CLI::IsMember(layouts));
+        ->check(CLI::IsMember(layout_names()));
     command.add_option("--frames", frames, "Only the first so many; 0 = all")
         ->check(CLI::Range(0, std::numeric_limits<int>::max()));
 }
 
 Status import(const ImportArguments &arguments) {
-    std::optional<Progress> progress;
     const auto imported = import_dataset(arguments.dataset, arguments.recording,
                                          {.layout = arguments.layout,
                                           .frames = static_cast<std::size_t>(arguments.frames),
-                                          .progress = [&](std::size_t done, std::size_t of) {
-                                              if (!progress)
-                                                  progress.emplace("import", static_cast<int>(of));
-                                              progress->update(static_cast<int>(done));
-                                              return true;
-                                          }});
-    progress.reset();
+                                          .progress = import_progress()});
     if (!imported)
         return imported.error();
     fmt::print("{}: {} frames, layout {}\n", arguments.recording, imported->frames,

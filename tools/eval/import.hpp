@@ -5,6 +5,9 @@
 
 #include <CLI/CLI.hpp>
 
+#include <cstddef>
+#include <functional>
+#include <set>
 #include <string>
 
 namespace afterglow {
@@ -20,5 +23,11 @@ struct ImportArguments {
 };
 
 Status import(const ImportArguments &arguments);
+
+/// For ImportOptions::progress: shows how far an import is until the last copy of it is gone.
+std::function<bool(std::size_t done, std::size_t of)> import_progress();
+
+/// The values of `--layout`.
+std::set<std::string> layout_names();
 
 } // namespace afterglow

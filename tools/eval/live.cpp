@@ -144,7 +144,7 @@ Status live(const LiveArguments &arguments) {
     room.frames = arguments.frames > 0 ? arguments.frames : synthetic_frames;
     auto footage = arguments.replay.empty()
                        ? open_synthetic_footage(room)
-                       : open_recorded_footage(arguments.replay, arguments.frames, 0);
+                       : open_recorded_footage(arguments.replay, {.frames = arguments.frames});
     if (!footage)
         return footage.error();
     auto session = LiveSession::start(daemon_config(arguments, footage->frames));

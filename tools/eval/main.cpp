@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/eval/ablate.hpp"
+#include "tools/eval/import.hpp"
 #include "tools/eval/live.hpp"
 #include "tools/eval/run.hpp"
 #ifdef AFTERGLOW_REPORT
-#include "tools/eval/import.hpp"
 #include "tools/eval/report/report.hpp"
 #endif
 
@@ -56,9 +56,9 @@ public:
         add_report("power", "Power of the whole system (Table VI)", {.power = true});
         add_report("infill", "Give back depth that the TOF camera cannot see", {.infill = true});
         add_report("report", "All of these in one report", Experiments::all());
-        add<MergeArguments>("merge", "One report of many jobs' run --json", {}, merge);
-        add<ImportArguments>("import", "Turn a published dataset into a recording", {}, import);
+        add<MergeArguments>("merge", "One report of many jobs' run --json", merge);
 #endif
+        add<ImportArguments>("import", "Turn a published dataset into a recording", import);
     }
 
     const Command &chosen() const {
@@ -70,9 +70,8 @@ public:
 
 private:
     template <class Arguments>
-    Arguments &add(const char *name, const char *description, Arguments initial,
-                   Status (*run)(const Arguments &)) {
-        const auto arguments = std::make_shared<Arguments>(std::move(initial));
+    Arguments &add(const char *name, const char *description, Status (*run)(const Arguments &),
+                   const std::shared_ptr<Arguments> &arguments = std::make_shared<Arguments>()) {
         CLI::App *command = app_.add_subcommand(name, description);
         arguments->add_to(*command);
         commands_.push_back({command, ok, [=] { return run(*arguments); }});
@@ -80,7 +79,7 @@ private:
     }
     template <class Arguments>
     void add_tuned(const char *name, const char *description, Status (*run)(const Arguments &)) {
-        const Arguments &arguments = add<Arguments>(name, description, {}, run);
+        const Arguments &arguments = add<Arguments>(name, description, run);
         commands_.back().check = [&] {
             const auto resolved = arguments.tuning.resolve();
             return resolved ? ok() : Status(resolved.error());
@@ -88,9 +87,9 @@ private:
     }
 #ifdef AFTERGLOW_REPORT
     void add_report(const char *name, const char *description, const Experiments &experiments) {
-        ReportArguments arguments;
-        arguments.experiments = experiments;
-        add<ReportArguments>(name, description, std::move(arguments), report);
+        const auto arguments = std::make_shared<ReportArguments>();
+        arguments->experiments = experiments;
+        add<ReportArguments>(name, description, report, arguments);
     }
 #endif
 

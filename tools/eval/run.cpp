@@ -4,7 +4,10 @@
 #include "config/estimator_parameters.hpp"
 #include "tools/eval/dump.hpp"
 #include "tools/eval/evaluation.hpp"
+#include "tools/eval/import.hpp"
+#include "tools/eval/json.hpp"
 #include "tools/eval/progress.hpp"
+#include "tools/eval/settings.hpp"
 #include "tools/eval/summary.hpp"
 
 #include <fmt/format.h>
@@ -19,11 +22,20 @@
 namespace afterglow {
 namespace {
 
-constexpr const char *synthetic_name = "synthetic";
 constexpr int synthetic_frames = 300;
 
-// The error at which the oracle that afterglow is measured by was lit.
-constexpr double oracle_target_mre = 1.5;
+/// What the score was made with.
+std::string settings_json(const RunArguments &arguments, const std::string &layout,
+                          const std::pair<EstimatorOptions, GatePolicy> &tuning) {
+    const FootageArguments &footage = arguments.footage;
+    return json_object({{"layout", json_string(layout)},
+                        {"frames", std::to_string(footage.frames)},
+                        {"wake_latency", std::to_string(footage.wake_latency)},
+                        {"seed", std::to_string(footage.seed)},
+                        {"motion", json_number(footage.motion)},
+                        {"noise", footage.noise ? "true" : "false"},
+                        {"parameters", parameters_json(tuning.first, tuning.second)}});
+}
 
 } // namespace
 
@@ -57,6 +69,8 @@ Result<std::pair<EstimatorOptions, GatePolicy>> TuningArguments::resolve() const
 }
 
 void FootageArguments::add_to(CLI::App &command) {
+    command.add_option("--layout", layout, "Of the dataset, if it is not recognised")
+        ->check(CLI::IsMember(layout_names()));
     command.add_option("--frames", frames, "Only the first so many; 0 = all")
         ->check(CLI::Range(0, std::numeric_limits<int>::max()));
     command
@@ -79,13 +93,18 @@ Result<Footage> FootageArguments::open(const std::string &dataset) const {
         options.motion = motion;
         return open_synthetic_footage(options);
     }
-    return open_recorded_footage(dataset, frames, wake_latency);
+    auto footage = open_recorded_footage(
+        dataset, {.layout = layout, .frames = frames, .wake_latency = wake_latency});
+    if (footage && !footage->assumed.empty())
+        fmt::print(stderr, "{}: {}\n", dataset, footage->assumed);
+    return footage;
 }
 
 void RunArguments::add_to(CLI::App &command) {
     command
         .add_option("dataset", dataset,
-                    fmt::format("Folder in TUM layout, or the word {}", synthetic_name))
+                    fmt::format("Folder in a known layout (docs/datasets.md), or the word {}",
+                                synthetic_name))
         ->required();
     tuning.add_to(command);
     footage.add_to(command);
@@ -137,7 +156,10 @@ Status run(const RunArguments &arguments) {
         return Error{fmt::format("{}: not one usable frame", arguments.dataset)};
     const Summary summary =
         summarize(*evaluation, footage->name, arguments.tuning.preset, tuning->second.target_mre);
-    fmt::print("{}", arguments.json ? to_json(summary) + "\n" : to_text(summary));
+    if (arguments.json)
+        fmt::print("{}\n", to_json(summary, settings_json(arguments, footage->layout, *tuning)));
+    else
+        fmt::print("{}", to_text(summary));
     return ok();
 }
 

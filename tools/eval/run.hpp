@@ -16,6 +16,8 @@ namespace afterglow {
 
 /// The preset that looks at the truth (oracle.hpp). Only some commands have it; the daemon has not.
 inline constexpr const char *oracle_preset = "oracle";
+/// Its gate.target_mre: the error at which the oracle that afterglow is measured by was lit.
+inline constexpr double oracle_target_mre = 1.5;
 
 /// How depth is to be made, as told on a command line.
 struct TuningArguments {
@@ -30,6 +32,7 @@ struct TuningArguments {
 
 /// Which frames there are to score.
 struct FootageArguments {
+    std::string layout;
     int frames = 0;
     int wake_latency = 0;
     std::uint64_t seed = 1;
@@ -37,7 +40,8 @@ struct FootageArguments {
     bool noise = true;
 
     void add_to(CLI::App &command);
-    /// `dataset`: a folder in TUM layout, or the word synthetic.
+    /// `dataset`: a folder in any known layout, or synthetic_name. What had to be assumed of it is
+    /// told on standard error.
     Result<Footage> open(const std::string &dataset) const;
 };
 

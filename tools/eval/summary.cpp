@@ -43,6 +43,17 @@ std::string cell(const std::optional<double> &value, const char *unit) {
 
 } // namespace
 
+std::span<const Merit> merits() {
+    static constexpr Merit all[] = {
+        {"duty_cycle", "duty %", [](const Summary &s) { return std::optional(s.duty_cycle); }},
+        {"mre_median", "MRE med", [](const Summary &s) { return s.mre_median; }},
+        {"mre_p95", "MRE p95", [](const Summary &s) { return s.mre_p95; }},
+        {"coverage_median", "cov. med", [](const Summary &s) { return s.coverage_median; }},
+        {"coverage_p5", "cov. p5", [](const Summary &s) { return s.coverage_p5; }},
+    };
+    return all;
+}
+
 std::optional<double> percentile(std::vector<double> values, double percent) {
     if (values.empty())
         return std::nullopt;
@@ -95,7 +106,7 @@ Summary summarize(const Evaluation &evaluation, const std::string &dataset,
     return s;
 }
 
-std::string to_json(const Summary &s) {
+std::string to_json(const Summary &s, const std::string &settings) {
     std::string out = "{";
     const auto add = [&](const char *key, const std::string &value) {
         out += fmt::format("{}\"{}\": {}", out.size() > 1 ? ", " : "", key, value);
@@ -117,6 +128,8 @@ std::string to_json(const Summary &s) {
     add("frames_over_target", json_number(s.frames_over_target));
     add("damaged", std::to_string(s.damaged));
     add("unscored", std::to_string(s.unscored));
+    if (!settings.empty())
+        add("settings", settings);
     return out + "}";
 }
 

@@ -4,7 +4,9 @@
 #include "tools/eval/evaluation.hpp"
 
 #include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace afterglow {
@@ -35,8 +37,17 @@ struct Summary {
 Summary summarize(const Evaluation &evaluation, const std::string &dataset,
                   const std::string &preset, double target_mre);
 
-/// One JSON object; its keys are stable.
-std::string to_json(const Summary &summary);
+/// One of the few numbers that tell how dark and how wrong, percent.
+struct Merit {
+    std::string_view key; ///< in JSON
+    std::string_view title;
+    std::optional<double> (*of)(const Summary &summary);
+};
+std::span<const Merit> merits();
+
+/// One JSON object; its keys are stable. `settings`: a JSON object of what it was made with, which
+/// becomes its last member; empty: without.
+std::string to_json(const Summary &summary, const std::string &settings = {});
 /// A small table for a person.
 std::string to_text(const Summary &summary);
 

@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <memory>
 
 namespace afterglow {
@@ -42,26 +41,18 @@ std::string ground_truth_path(const std::string &folder) {
 }
 
 Result<Luma> read_raw_luma(const std::string &path) {
-    const Result<Luma> full = read_luma(path);
-    if (!full)
-        return full.error();
-    if (full->width() != raw_width || full->height() != raw_height)
-        return Error{fmt::format("{}: is {} x {} pixels instead of {} x {}", path, full->width(),
-                                 full->height(), raw_width, raw_height),
-                     EINVAL};
-    return cropped_and_shrunk(*full, color.width, color.height);
+    Luma full(raw_width, raw_height);
+    if (Status read = read_luma(path, full.view()); !read)
+        return read.error();
+    return cropped_and_shrunk(full, color.width, color.height);
 }
 
 Result<DepthMap> read_raw_depth(const std::string &path, const DepthRegistration &registration) {
-    const Result<Image<std::uint16_t>> raw = read_grey16(path);
-    if (!raw)
-        return raw.error();
-    if (raw->width() != raw_depth.width || raw->height() != raw_depth.height)
-        return Error{fmt::format("{}: is {} x {} pixels instead of {} x {}", path, raw->width(),
-                                 raw->height(), raw_depth.width, raw_depth.height),
-                     EINVAL};
-    Image<float> metres(raw->width(), raw->height());
-    std::transform(raw->pixels().begin(), raw->pixels().end(), metres.pixels().begin(),
+    Image<std::uint16_t> raw(raw_depth.width, raw_depth.height);
+    if (Status read = read_grey16(path, raw.view()); !read)
+        return read.error();
+    Image<float> metres(raw.width(), raw.height());
+    std::transform(raw.pixels().begin(), raw.pixels().end(), metres.pixels().begin(),
                    [](std::uint16_t units) { return static_cast<float>(units / units_per_metre); });
     return registration.registered(metres.view());
 }

@@ -44,6 +44,9 @@ struct Dataset {
 /// and of the images no more than it takes to tell layouts apart. `layout` forces one by its name.
 Result<Dataset> open_dataset(const std::string &folder, std::string_view layout = {});
 
+/// "path/to/name/" and "path/to/name" are both "name".
+std::string folder_name(const std::string &folder);
+
 /// The layouts that are read, in the order in which they are tried.
 std::vector<std::string_view> dataset_layouts();
 

@@ -40,9 +40,6 @@ Result<DepthMap> read_depth_png(const std::string &path, const Intrinsics &camer
 /// Whether there is a file or folder of that name, and it may be looked at.
 bool exists(const std::string &path);
 
-/// "path/to/name/" and "path/to/name" are both "name".
-std::string folder_name(const std::string &folder);
-
 /// The first line that is not a comment, or nothing where there is none.
 std::string first_line(const std::string &path);
 

@@ -77,8 +77,10 @@ Result<Luma> read_ppm_luma(const std::string &path) {
     std::size_t at = 0;
     const auto next = [&] { return static_cast<unsigned char>(ppm->pixels[at++]); };
     for (std::uint8_t &pixel : luma.pixels()) {
-        const int red = 299 * next(), green = 587 * next(), blue = 114 * next();
-        pixel = static_cast<std::uint8_t>((red + green + blue + 500) / 1000);
+        Rgb color;
+        for (std::uint8_t *part : {&color.red, &color.green, &color.blue})
+            *part = next();
+        pixel = luma_of(color);
     }
     return luma;
 }

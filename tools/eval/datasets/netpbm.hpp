@@ -13,7 +13,7 @@ namespace afterglow {
 // Binary Netpbm files. As untrusted as those of drivers/image_file.hpp, and refused like them: with
 // an Error whose sentence begins with the file's name.
 
-/// Reads a PPM file (P6, 8 bits) as luma, by the formula of read_luma().
+/// Reads a PPM file (P6, 8 bits) as luma, by luma_of().
 Result<Luma> read_ppm_luma(const std::string &path);
 
 /// Reads a PGM file (P5) with 16-bit numbers. The format has them in big-endian order; there are

@@ -123,14 +123,21 @@ void pair(const std::vector<Stamped> &colors, const std::vector<Stamped> &depths
     }
 }
 
+template <class T>
+Status check_size(const std::string &path, const Image<T> &image, const Intrinsics &camera) {
+    if (image.width() == camera.width && image.height() == camera.height)
+        return ok();
+    return Error{fmt::format("{}: is {} x {} pixels instead of {} x {}", path, image.width(),
+                             image.height(), camera.width, camera.height),
+                 EINVAL};
+}
+
 Result<Luma> read_luma(const std::string &path) {
     const Result<Luma> luma = read_ppm_luma(path);
     if (!luma)
         return luma.error();
-    if (luma->width() != color.width || luma->height() != color.height)
-        return Error{fmt::format("{}: is {} x {} pixels instead of {} x {}", path, luma->width(),
-                                 luma->height(), color.width, color.height),
-                     EINVAL};
+    if (Status sized = check_size(path, *luma, color); !sized)
+        return sized.error();
     return undistorted(*luma, color, color_lens);
 }
 
@@ -139,10 +146,8 @@ Result<DepthMap> read_depth(const std::string &path, const DepthRegistration &re
     const Result<Image<std::uint16_t>> raw = read_pgm16(path, std::endian::little);
     if (!raw)
         return raw.error();
-    if (raw->width() != depth.width || raw->height() != depth.height)
-        return Error{fmt::format("{}: is {} x {} pixels instead of {} x {}", path, raw->width(),
-                                 raw->height(), depth.width, depth.height),
-                     EINVAL};
+    if (Status sized = check_size(path, *raw, depth); !sized)
+        return sized.error();
     const std::uint16_t highest = *std::max_element(raw->pixels().begin(), raw->pixels().end());
     if (highest > nothing)
         return Error{fmt::format("{}: holds {}, and disparities have 11 bits: its bytes are not in "

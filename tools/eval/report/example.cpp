@@ -2,6 +2,7 @@
 #include "tools/eval/report/example.hpp"
 
 #include "tools/eval/report/play.hpp"
+#include "tools/eval/report/png_data.hpp"
 #include "tools/eval/report/tradeoff.hpp"
 #include "tools/picture/depth_colors.hpp"
 #include "tools/picture/error_colors.hpp"
@@ -33,7 +34,7 @@ std::string caption(const FrameScore &frame) {
 } // namespace
 
 std::vector<Picture> example(const Sequence &sequence, std::span<const Score> scores, int workers,
-                             const Watch &watch) {
+                             Watch &watch) {
     std::vector<Picture> row;
     WorkerPool pool(workers);
     std::optional<std::size_t> chosen;
@@ -42,8 +43,9 @@ std::vector<Picture> example(const Sequence &sequence, std::span<const Score> sc
         if (!score)
             continue;
         const SystemDescription &system = *find_system(name);
+        const Tuned made = tuned(system, score->setting);
         if (!chosen) {
-            const auto played = play(sequence, system, score->setting, pool, watch);
+            const auto played = play(sequence, system, made, pool, watch);
             if (!played)
                 return {};
             const auto oldest =
@@ -53,20 +55,20 @@ std::vector<Picture> example(const Sequence &sequence, std::span<const Score> sc
         const Sequence::Frame &frame = sequence.frames[*chosen];
         const DepthRange range = depth_range(frame.true_depth());
         if (row.empty()) {
-            row.push_back({sequence.name, "image", grey(frame.luma)});
+            row.push_back({sequence.name, "image", png_data(grey(frame.luma))});
             row.push_back({sequence.name,
                            fmt::format("true depth, {:.1f} to {:.1f} m", range.near_mm / 1000,
                                        range.far_mm / 1000),
-                           color_depth(frame.true_depth(), range)});
+                           png_data(color_depth(frame.true_depth(), range))});
         }
-        Image<Rgb> depth, error;
-        const auto played = play(sequence, system, score->setting, pool, watch,
-                                 [&](std::size_t index, const Estimate &estimate) {
-                                     if (index != *chosen)
-                                         return;
-                                     depth = color_depth(estimate.depth, range);
-                                     error = color_error(estimate.depth, frame.true_depth());
-                                 });
+        std::string depth, error;
+        const auto played = play(
+            sequence, system, made, pool, watch, [&](std::size_t index, const Estimate &estimate) {
+                if (index != *chosen)
+                    return;
+                depth = png_data(color_depth(estimate.depth, range));
+                error = png_data(color_error(estimate.depth, frame.true_depth()));
+            });
         if (!played)
             return {};
         const std::string title = title_of(name);
@@ -76,6 +78,10 @@ std::vector<Picture> example(const Sequence &sequence, std::span<const Score> sc
                        std::move(error)});
     }
     return row;
+}
+
+double example_work() {
+    return work_of(*find_system("paper")) + 2.0 * work_of(*find_system("default"));
 }
 
 } // namespace afterglow

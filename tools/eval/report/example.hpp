@@ -14,6 +14,9 @@ namespace afterglow {
 /// frame is the one that afterglow estimates from the oldest measurement. Empty where neither has a
 /// score.
 std::vector<Picture> example(const Sequence &sequence, std::span<const Score> scores, int workers,
-                             const Watch &watch);
+                             Watch &watch);
+
+/// The work of that for each frame.
+double example_work();
 
 } // namespace afterglow

@@ -4,13 +4,14 @@
 #include "tools/eval/report/html_text.hpp"
 #include "tools/eval/report/page_style.hpp"
 #include "tools/eval/report/plot.hpp"
-#include "tools/eval/report/png_data.hpp"
 #include "tools/eval/report/table.hpp"
 
 #include <fmt/format.h>
 
-#include <map>
+#include <algorithm>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace afterglow {
 namespace {
@@ -46,16 +47,27 @@ std::string to_html(const Table &table) {
 
 std::string to_html(const Figure &figure) {
     std::string out = heading(figure.id, figure.title, figure.explanation);
-    std::map<int, std::string> legend;
+    std::vector<std::pair<std::string, std::string>> legend; // class, name
+    const auto explain = [&](std::string css_class, const std::string &name) {
+        if (std::ranges::find(legend, name, [](const auto &entry) { return entry.second; }) ==
+            legend.end())
+            legend.emplace_back(std::move(css_class), name);
+    };
     for (const Plot &plot : figure.panels)
         for (const Plot::Series &series : plot.series)
-            legend.emplace(series.color, series.name);
+            explain(fmt::format("c{}{}", series.color, series.dashed ? " dashed" : ""),
+                    series.name);
+    for (const Bars &bars : figure.bars)
+        for (std::size_t i = 0; i < bars.parts.size(); ++i)
+            explain(fmt::format("c{}", i), bars.parts[i]);
     out += "<ul class=legend>";
-    for (const auto &[color, name] : legend)
-        out += fmt::format("<li class=c{}>{}</li>", color, html_text(name));
+    for (const auto &[css_class, name] : legend)
+        out += fmt::format("<li class=\"{}\">{}</li>", css_class, html_text(name));
     out += "</ul>\n<div class=panels>\n";
     for (const Plot &plot : figure.panels)
         out += "<div>" + to_svg(plot) + "</div>\n";
+    for (const Bars &bars : figure.bars)
+        out += "<div>" + to_svg(bars) + "</div>\n";
     return out + "</div>\n";
 }
 
@@ -74,9 +86,17 @@ std::string to_html(const std::vector<Picture> &pictures) {
         group = &picture.group;
         out += fmt::format("<figure><img alt=\"{0}\" src=\"{1}\"><figcaption>{0}</figcaption>"
                            "</figure>\n",
-                           html_text(picture.caption), png_data(picture.pixels));
+                           html_text(picture.caption), picture.png);
     }
     return out + "</div>\n";
+}
+
+template <class Section>
+std::string links_to(const std::vector<Section> &sections) {
+    std::string out;
+    for (const Section &section : sections)
+        out += fmt::format("<a href=\"#{}\">{}</a>", section.id, html_text(section.title));
+    return out;
 }
 
 } // namespace
@@ -92,22 +112,21 @@ std::string to_html(const Results &results) {
            "<p>afterglow and its rivals on the same frames. Figures "
            "<span class=theirs>in this colour</span> are the seed paper's (Noraky &amp; Sze, Low "
            "Power Depth Estimation of Rigid Objects for Time-of-Flight Imaging): theirs, on their "
-           "data and their board, not measured here. All others were measured by this run.</p>\n";
+           "data and their board, not measured here. All others come from this run.</p>\n";
     if (!results.complete)
-        out +=
-            "<p class=partial>This report is partial: the work was stopped before its end.</p>\n";
+        out += "<p class=partial>This report is partial: the work has not come to its end.</p>\n";
     for (const std::string &note : results.notes)
         out += "<p>" + html_text(note) + "</p>\n";
-    out += "<nav>";
-    for (const Figure &figure : figures)
-        out += fmt::format("<a href=\"#{}\">{}</a>", figure.id, html_text(figure.title));
-    for (const Table &table : tables)
-        out += fmt::format("<a href=\"#{}\">{}</a>", table.id, html_text(table.title));
-    out += "</nav>\n";
-    for (const Figure &figure : figures)
-        out += to_html(figure);
-    for (const Table &table : tables)
-        out += to_html(table);
+    const std::string links = links_to(tables) + links_to(figures);
+    if (!links.empty())
+        out += "<nav>" + links + "</nav>\n";
+    // The first table is what most come for.
+    for (std::size_t i = 0; i < tables.size(); ++i) {
+        out += to_html(tables[i]);
+        if (i == 0)
+            for (const Figure &figure : figures)
+                out += to_html(figure);
+    }
     out += to_html(results.pictures);
     return out + "</body></html>\n";
 }

@@ -3,6 +3,7 @@
 
 #include "core/metrics.hpp"
 #include "tools/eval/report/play.hpp"
+#include "tools/eval/report/png_data.hpp"
 #include "tools/picture/depth_colors.hpp"
 
 #include <fmt/format.h>
@@ -49,73 +50,95 @@ InfillScore score_of(const Trials &trials, const Sequence &sequence, std::string
             .filled = percentile(trials.filled, 50).value_or(0)};
 }
 
-DepthMap merged(DepthView measured, DepthView removed, DepthView estimate) {
+/// `measured`, and where something was removed from it `filled`.
+DepthMap merged(DepthView measured, DepthView removed, DepthView filled) {
     DepthMap all(measured.width(), measured.height());
     for (int v = 0; v < all.height(); ++v)
         for (int u = 0; u < all.width(); ++u)
-            all(u, v) = removed(u, v) != 0 ? estimate(u, v) : measured(u, v);
+            all(u, v) = removed(u, v) != 0 ? filled(u, v) : measured(u, v);
     return all;
 }
 
-/// What the last frame of a window is estimated to be, from the measured map of its first alone.
-DepthMap estimate_last(const Sequence &sequence, const SystemDescription &system, std::size_t first,
-                       WorkerPool &pool, const Watch &watch) {
-    Player player(system, {}, sequence.camera, pool);
-    DepthMap last(sequence.camera.width, sequence.camera.height);
-    for (std::size_t k = first; k <= first + gap; ++k) {
+/// Shows a system all frames of a window but the last, of which it measures the first alone; and
+/// then the last image. `work`: of each frame.
+const Estimate &follow(DepthSystem &system, const Sequence &sequence, std::size_t first, int work,
+                       Watch &watch) {
+    for (std::size_t k = first; k < first + gap; ++k) {
         const Sequence::Frame &frame = sequence.frames[k];
-        const Estimate &estimate = player.system->track(frame.luma, frame.t_ns);
+        system.track(frame.luma, frame.t_ns);
         if (k == first)
-            player.system->measure(frame.measured);
-        else if (k == first + gap)
-            for (int v = 0; v < last.height(); ++v)
-                std::copy_n(estimate.depth.row(v), last.width(), last.row(v));
-        watch.tick();
+            system.measure(frame.measured);
+        watch.tick(work);
     }
-    return last;
+    const Sequence::Frame &last = sequence.frames[first + gap];
+    return system.track(last.luma, last.t_ns);
+}
+
+/// One trial: what was blind in the last frame of a window, and what is made of it.
+struct Trial {
+    DepthMap left;       ///< what the camera still sees
+    DepthErrors overlap; ///< of the estimate, where the camera sees
+    DepthErrors filled;  ///< of what is given, where it does not
+    DepthMap given;      ///< measured and filled in
+};
+
+/// The paper's system has no infill of its own: where the camera sees nothing it gives its
+/// estimate. afterglow publishes such pixels with the measured ones.
+Trial try_infill(const Sequence &sequence, const SystemDescription &description, bool furthest,
+                 std::size_t first, WorkerPool &pool, Watch &watch) {
+    const Player player(description, tuned(description, own_setting(description)), sequence.camera,
+                        pool);
+    const Estimate &estimate = follow(*player.system, sequence, first, work_of(description), watch);
+    Trial trial;
+    DepthMap removed;
+    trial.left = take_away(sequence.frames[first + gap].measured, furthest, removed);
+    trial.overlap = compare_depth(estimate.depth, trial.left);
+    trial.given = description.name == "default"
+                      ? merged(trial.left, removed, player.system->measure(trial.left).depth)
+                      : merged(trial.left, removed, estimate.depth);
+    trial.filled = compare_depth(trial.given, removed);
+    return trial;
+}
+
+void add_pictures(std::vector<Picture> &pictures, const Trial &trial, const DepthRange &range,
+                  const std::string &dataset, const std::string &reason) {
+    const std::string group = dataset + ", infilling";
+    pictures.push_back(
+        {group, reason + ": what the camera sees", png_data(color_depth(trial.left, range))});
+    pictures.push_back({group, fmt::format("given back, {:.2f} % off", trial.filled.mre),
+                        png_data(color_depth(trial.given, range))});
 }
 
 } // namespace
 
-int infill_frames(const Sequence &sequence) {
-    const std::size_t windows = (sequence.frames.size() - 1) / gap;
-    return static_cast<int>(2 * windows * (gap + 1));
+double infill_work() {
+    return 2.0 * (work_of(*find_system("paper")) + work_of(*find_system("default")));
 }
 
-Infill infill(const Sequence &sequence, int workers, const Watch &watch) {
+Infill infill(const Sequence &sequence, int workers, Watch &watch) {
     Infill result;
     WorkerPool pool(workers);
     for (const char *name : {"paper", "default"}) {
         const SystemDescription &system = *find_system(name);
-        Trials trials[2];
-        for (std::size_t first = 0; first + gap < sequence.frames.size(); first += gap) {
-            if (Watch::stopped())
-                return result;
-            const DepthMap estimate = estimate_last(sequence, system, first, pool, watch);
-            const DepthMap &measured = sequence.frames[first + gap].measured;
-            for (int i = 0; i < 2; ++i) {
-                DepthMap removed;
-                const DepthMap left = take_away(measured, i == 0, removed);
-                const DepthErrors overlap = compare_depth(estimate, left);
-                const DepthErrors filled = compare_depth(estimate, removed);
-                if (overlap.pixels > 0)
-                    trials[i].overlap.push_back(overlap.mre);
-                if (filled.pixels > 0)
-                    trials[i].filled_mre.push_back(filled.mre);
-                trials[i].filled.push_back(filled.coverage());
-                if (first != 0 || system.name != "default")
-                    continue;
-                const DepthRange range = depth_range(measured);
-                const std::string group = sequence.name + ", " + reasons[i];
-                result.pictures.push_back(
-                    {group, "what the camera sees", color_depth(left, range)});
-                result.pictures.push_back({group, fmt::format("infilled, {:.2f} % off", filled.mre),
-                                           color_depth(merged(left, removed, estimate), range)});
+        for (const char *reason : reasons) {
+            const bool furthest = reason == reasons[0];
+            Trials trials;
+            for (std::size_t first = 0; first + gap < sequence.frames.size(); first += gap) {
+                if (Watch::stopped())
+                    return result;
+                const Trial trial = try_infill(sequence, system, furthest, first, pool, watch);
+                if (trial.overlap.pixels > 0)
+                    trials.overlap.push_back(trial.overlap.mre);
+                if (trial.filled.pixels > 0)
+                    trials.filled_mre.push_back(trial.filled.mre);
+                trials.filled.push_back(trial.filled.coverage());
+                if (first == 0 && system.name == "default")
+                    add_pictures(result.pictures, trial, depth_range(sequence.frames[gap].measured),
+                                 sequence.name, reason);
             }
+            if (!trials.filled.empty())
+                result.scores.push_back(score_of(trials, sequence, name, reason));
         }
-        for (int i = 0; i < 2; ++i)
-            if (!trials[i].filled.empty())
-                result.scores.push_back(score_of(trials[i], sequence, name, reasons[i]));
     }
     return result;
 }

@@ -17,9 +17,9 @@ struct Infill {
     std::vector<InfillScore> scores; ///< by "paper" and "default", for both reasons
     std::vector<Picture> pictures;   ///< of one trial
 };
-Infill infill(const Sequence &sequence, int workers, const Watch &watch);
+Infill infill(const Sequence &sequence, int workers, Watch &watch);
 
-/// Frames that infill() shows.
-int infill_frames(const Sequence &sequence);
+/// The work of that for each frame.
+double infill_work();
 
 } // namespace afterglow

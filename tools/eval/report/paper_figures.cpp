@@ -2,8 +2,10 @@
 #include "tools/eval/report/paper_figures.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <string>
+#include <utility>
 
 namespace afterglow::paper {
 namespace {
@@ -47,6 +49,19 @@ constexpr Errors table[] = {
     {"median", "sfm-sift", 38.61, 119.32, 154.14},
 };
 
+constexpr double pose_only_fps = 58; // Section V-A
+
+constexpr std::pair<std::string_view, std::string_view> titles[] = {{"tum", "TU Munich RGB-D"},
+                                                                    {"nyu", "NYU Depth V2"},
+                                                                    {"indoor", "Indoor RGB-D"},
+                                                                    {"corbs", "CoRBS"},
+                                                                    {"icl", "ICL-NUIM"}};
+constexpr auto family_names = [] {
+    std::array<std::string_view, std::size(titles)> names;
+    std::ranges::transform(titles, names.begin(), [](const auto &title) { return title.first; });
+    return names;
+}();
+
 struct Named {
     std::string_view name;
     double value;
@@ -63,6 +78,17 @@ std::optional<double> find(const Named (&rows)[n], std::string_view name) {
     return row == std::end(rows) ? std::nullopt : std::optional(row->value);
 }
 
+/// Whether a word of letters and digits in the text is exactly that.
+bool has_word(std::string_view text, std::string_view word) {
+    const auto is_part = [&](std::size_t i) {
+        return i < text.size() && std::isalnum(static_cast<unsigned char>(text[i])) != 0;
+    };
+    for (std::size_t at = text.find(word); at != text.npos; at = text.find(word, at + 1))
+        if (!is_part(at - 1) && !is_part(at + word.size()))
+            return true;
+    return false;
+}
+
 } // namespace
 
 std::optional<Errors> errors(std::string_view dataset, std::string_view system) {
@@ -76,10 +102,33 @@ std::string_view family_of(std::string_view dataset, std::string_view layout) {
     if (layout == "tum") // anybody's recording may have this layout: only its name tells
         text = dataset;
     std::ranges::transform(text, text.begin(), [](unsigned char c) { return std::tolower(c); });
-    for (const std::string_view family : {"nyu", "indoor", "corbs", "icl", "tum"})
-        if (text.find(family) != std::string::npos)
+    for (const std::string_view family : family_names)
+        if (has_word(text, family))
             return family;
     return {};
+}
+
+std::span<const std::string_view> families() {
+    return family_names;
+}
+
+std::string_view family_title(std::string_view family) {
+    const auto *found =
+        std::ranges::find(titles, family, [](const auto &title) { return title.first; });
+    return found == std::end(titles) ? std::string_view() : found->second;
+}
+
+std::optional<double> stage_share(std::string_view stage) {
+    const double frame_ms = 1000 / *frames_per_second("paper");
+    const double pose_only_ms = 1000 / pose_only_fps;
+    const double flow = 100 * *flow_ms("Three Step Search") / frame_ms;
+    if (stage == "flow")
+        return flow;
+    if (stage == "pose")
+        return 100 * pose_only_ms / frame_ms - flow;
+    if (stage == "reprojection")
+        return 100 - 100 * pose_only_ms / frame_ms;
+    return std::nullopt;
 }
 
 std::optional<double> flow_ms(std::string_view name) {

@@ -2,6 +2,7 @@
 #include "tools/eval/report/play.hpp"
 
 #include "tools/eval/oracle.hpp"
+#include "tools/eval/run.hpp"
 
 #include <algorithm>
 #include <cassert>
@@ -32,28 +33,17 @@ private:
     DepthView truth_;
 };
 
-std::unique_ptr<DepthSystem> make_player(const SystemDescription &system, const Setting &setting,
-                                         const Intrinsics &camera, WorkerPool &pool) {
-    const bool keyframes = system.name == "default" || system.name == oracle.name;
-    EstimatorOptions options = *estimator_preset(keyframes ? "default" : "paper");
-    if (setting.name == "threshold")
-        options.ransac.threshold = setting.value;
+std::unique_ptr<DepthSystem> make_player(const SystemDescription &system,
+                                         const EstimatorOptions &options, const Intrinsics &camera,
+                                         WorkerPool &pool) {
     if (system.name == oracle.name)
         return std::make_unique<OracleSystem>(options, camera, pool);
     return make_system(system.name, camera, pool, options);
 }
 
-GatePolicy make_policy(const SystemDescription &system, const Setting &setting) {
-    GatePolicy policy;
-    if (system.lighting == Lighting::interval)
-        policy.mode = GateMode::interval;
-    if (system.lighting == Lighting::never)
-        policy.mode = GateMode::off;
-    if (setting.name == "interval")
-        policy.interval_frames = static_cast<int>(std::lround(setting.value));
-    if (setting.name == "target")
-        policy.target_mre = setting.value;
-    return policy;
+/// Made of our pipeline, not of the paper's.
+bool is_ours(const SystemDescription &system) {
+    return system.name == "default" || system.name == oracle.name;
 }
 
 } // namespace
@@ -78,10 +68,49 @@ std::string title_of(std::string_view name) {
     return std::string(system ? system->title : name);
 }
 
-Player::Player(const SystemDescription &description, const Setting &setting,
-               const Intrinsics &camera, WorkerPool &pool)
-    : system(make_player(description, setting, camera, pool)),
-      gate(make_policy(description, setting)), sees_truth(description.fitted_to_truth) {
+Setting own_setting(const SystemDescription &system) {
+    if (system.lighting == Lighting::never)
+        return {};
+    if (system.lighting == Lighting::interval)
+        return {"interval", static_cast<double>(GatePolicy().interval_frames)};
+    if (system.name == oracle.name)
+        return {"target", oracle_target_mre};
+    if (is_ours(system))
+        return {"target", GatePolicy().target_mre};
+    return {"threshold", EstimatorOptions().ransac.threshold};
+}
+
+Tuned tuned(const SystemDescription &system, const Setting &setting) {
+    Tuned tuned{*estimator_preset(is_ours(system) ? "default" : "paper"), {}};
+    if (system.lighting == Lighting::interval)
+        tuned.gate.mode = GateMode::interval;
+    if (system.lighting == Lighting::never)
+        tuned.gate.mode = GateMode::off;
+    if (setting.name == "threshold")
+        tuned.estimator.ransac.threshold = setting.value;
+    if (setting.name == "interval")
+        tuned.gate.interval_frames = static_cast<int>(std::lround(setting.value));
+    if (setting.name == "target")
+        tuned.gate.target_mre = setting.value;
+    return tuned;
+}
+
+int work_of(const SystemDescription &system) {
+    struct Work {
+        std::string_view name;
+        int work;
+    };
+    constexpr Work slow[] = {{"copy", 20},        {"sfm-sift", 20},    {"sfm-surf", 10},
+                             {"sfm-orb", 5},      {"default", 5},      {"oracle", 10},
+                             {"opencv-rgbd", 10}, {"reverse-warp", 10}};
+    const auto *found = std::ranges::find(slow, system.name, &Work::name);
+    return found == std::end(slow) ? 1 : found->work;
+}
+
+Player::Player(const SystemDescription &description, const Tuned &tuned, const Intrinsics &camera,
+               WorkerPool &pool)
+    : system(make_player(description, tuned.estimator, camera, pool)), gate(tuned.gate),
+      sees_truth(description.fitted_to_truth) {
     assert(system);
 }
 
@@ -100,27 +129,22 @@ const Estimate &Player::step(const Sequence::Frame &frame, double &ms) {
 }
 
 std::optional<Evaluation> play(const Sequence &sequence, const SystemDescription &system,
-                               const Setting &setting, WorkerPool &pool, const Watch &watch,
+                               const Tuned &tuned, WorkerPool &pool, Watch &watch,
                                const Spectator &spectator) {
-    Player player(system, setting, sequence.camera, pool);
+    Player player(system, tuned, sequence.camera, pool);
     Evaluation evaluation;
     for (const Sequence::Frame &frame : sequence.frames) {
         if (Watch::stopped())
             return std::nullopt;
-        FrameScore score;
-        const Estimate &estimate = player.step(frame, score.ms);
-        score.index = evaluation.frames.size();
-        score.t_ns = frame.t_ns;
-        score.measured = estimate.source == FrameSource::measured;
-        score.age_frames = estimate.age_frames;
-        score.inliers = estimate.inliers;
-        if (estimate.expected_mre >= 0)
-            score.expected_mre = estimate.expected_mre;
+        double ms = 0;
+        const Estimate &estimate = player.step(frame, ms);
+        const std::size_t index = evaluation.frames.size();
+        FrameScore &score =
+            evaluation.frames.emplace_back(describe(estimate, index, frame.t_ns, ms));
         compare(score, estimate.depth, frame.true_depth());
-        evaluation.frames.push_back(score);
         if (spectator)
-            spectator(static_cast<std::size_t>(score.index), estimate);
-        watch.tick();
+            spectator(index, estimate);
+        watch.tick(work_of(system));
     }
     return evaluation;
 }

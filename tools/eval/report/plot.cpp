@@ -83,7 +83,8 @@ std::string grid(const Plot &plot, const Axes &axes) {
 std::string draw(const Plot::Series &series, const Axes &axes) {
     auto points = series.points;
     std::ranges::sort(points);
-    std::string out = fmt::format("<g class=c{}>", series.color);
+    std::string out =
+        fmt::format("<g class=\"c{}{}\">", series.color, series.dashed ? " dashed" : "");
     if (series.line && points.size() > 1) {
         std::string path;
         for (const auto &[x, y] : points)
@@ -116,6 +117,36 @@ std::string to_svg(const Plot &plot) {
         (top + height - bottom) / 2, html_text(plot.y_label));
     for (const Plot::Series &series : plot.series)
         out += draw(series, axes);
+    return out + "</svg>";
+}
+
+std::string to_svg(const Bars &bars) {
+    constexpr double bar_height = 26, step = 52;
+    const double whole = width - 2 * right;
+    const double total_height = top + step * static_cast<double>(bars.bars.size());
+    std::string out = fmt::format(
+        "<svg viewBox=\"0 0 {0:g} {1:g}\" role=img aria-label=\"{2}\"><text class=title "
+        "x=\"{3:g}\" y=\"18\">{2}</text>",
+        width, total_height, html_text(bars.title), right);
+    double y = top;
+    for (const Bars::Bar &bar : bars.bars) {
+        out += fmt::format("<text x=\"{:g}\" y=\"{:g}\">{}</text>", right, y + 12,
+                           html_text(bar.name));
+        double x = right;
+        for (std::size_t i = 0; i < bar.shares.size(); ++i) {
+            const double share = bar.shares[i] / 100 * whole;
+            out += fmt::format("<g class=c{}><rect x=\"{:.1f}\" y=\"{:g}\" width=\"{:.1f}\" "
+                               "height=\"{:g}\"><title>{}: {:.1f} %</title></rect></g>",
+                               i, x, y + 17, std::max(share - 1, 0.0), bar_height,
+                               html_text(bars.parts[i]), bar.shares[i]);
+            if (share > 40)
+                out += fmt::format("<text class=inside x=\"{:.1f}\" y=\"{:g}\" "
+                                   "text-anchor=middle>{:.0f} %</text>",
+                                   x + share / 2, y + 17 + bar_height / 2 + 4, bar.shares[i]);
+            x += share;
+        }
+        y += step;
+    }
     return out + "</svg>";
 }
 

@@ -16,6 +16,7 @@ struct Plot {
         int color = 0;     ///< 0 to plot_colors - 1
         bool line = true;  ///< points are joined, in order of x
         bool marks = true; ///< points are marked
+        bool dashed = false;
         std::vector<std::pair<double, double>> points;
     };
 
@@ -28,18 +29,32 @@ struct Plot {
     std::vector<Series> series;
 };
 
+/// Bars that show what wholes are made of.
+struct Bars {
+    struct Bar {
+        std::string name;
+        std::vector<double> shares; ///< percent, one for each part
+    };
+
+    std::string title;
+    std::vector<std::string> parts; ///< their colours are 0, 1, ...
+    std::vector<Bar> bars;
+};
+
 /// Plots that belong together and have one legend.
 struct Figure {
     std::string id;
     std::string title;
     std::string explanation;
-    std::vector<Plot> panels;
+    std::vector<Plot> panels{};
+    std::vector<Bars> bars{};
 };
 
-inline constexpr int plot_colors = 12;
+inline constexpr int plot_colors = 14;
 
 /// Points outside the axes are drawn at their edge, hollow.
 std::string to_svg(const Plot &plot);
+std::string to_svg(const Bars &bars);
 
 /// All figures for which there are results.
 std::vector<Figure> make_figures(const Results &results);

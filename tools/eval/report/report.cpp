@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/eval/report/report.hpp"
 
+#include "tools/eval/report/ablation.hpp"
 #include "tools/eval/report/example.hpp"
 #include "tools/eval/report/infill.hpp"
 #include "tools/eval/report/ransac_experiment.hpp"
@@ -11,9 +12,13 @@
 #include "tools/eval/report/write_report.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <functional>
 #include <iterator>
 #include <limits>
+#include <optional>
+#include <utility>
 
 namespace afterglow {
 namespace {
@@ -25,45 +30,157 @@ void append(std::vector<T> &all, std::vector<T> more) {
     all.insert(all.end(), std::move_iterator(more.begin()), std::move_iterator(more.end()));
 }
 
-/// The experiments on one sequence. Times are taken where `timed`.
-void experiment(const Sequence &sequence, const ReportArguments &arguments, bool timed,
-                Results &results) {
-    const Experiments &what = arguments.experiments;
-    if (timed && what.runtime) {
-        const Watch watch("run times", 2 * least_rounds);
-        results.flow_times = time_flow(sequence, watch);
-        results.stage_times = time_stages(sequence, arguments.workers, watch);
-    }
-    if (timed && (what.runtime || what.power)) {
-        const Watch watch("frame rates", least_rounds);
-        results.system_times = time_systems(sequence, what.runtime, arguments.workers, watch);
-    }
-    if (what.compare || what.tradeoff || what.power)
-        sweep(sequence,
-              what.tradeoff  ? Sweep::full
-              : what.compare ? Sweep::matched
-                             : Sweep::adaptive,
-              arguments.workers, [&](Score score) { results.scores.push_back(std::move(score)); });
-    if (what.compare) {
-        const Watch watch("pictures", 3 * static_cast<int>(sequence.frames.size()));
-        append(results.pictures, example(sequence, results.scores, arguments.workers, watch));
-    }
-    if (what.infill) {
-        const Watch watch("infilling", infill_frames(sequence));
-        Infill found = infill(sequence, arguments.workers, watch);
-        append(results.infill, std::move(found.scores));
-        append(results.pictures, std::move(found.pictures));
-    }
-}
-
-Status finish(const std::string &out, const Results &results) {
-    if (Status written = write_report(out, results); !written)
-        return written;
-    for (const Table &table : make_tables(results))
+/// All tables; of a report of many experiments, which has more than a person reads on a terminal,
+/// the first.
+void print(const Results &results, const Experiments &what, const std::string &out) {
+    auto tables = make_tables(results);
+    if (what.compare && what.runtime && !tables.empty())
+        tables.resize(1);
+    for (const Table &table : tables)
         fmt::print("{}\n", to_text(table));
     fmt::print("{}/index.html{}\n", out, results.complete ? "" : " (partial)");
-    return ok();
 }
+
+/// One of the experiments on a sequence.
+struct Step {
+    bool asked;
+    const char *name;
+    double work; ///< as Watch counts it; an estimate
+    std::function<void()> job;
+};
+
+/// Does the experiments and keeps the report up to date: what is there stays if the rest is killed.
+class Laboratory {
+public:
+    explicit Laboratory(const ReportArguments &arguments)
+        : arguments_(arguments), what_(arguments.experiments), watch_(work_planned()) {
+        results_.complete = false; // until it is
+    }
+
+    Status run() {
+        if (what_.ransac)
+            results_.ransac = simulate_ransac(ransac_trials);
+        if (Status saved = save(); !saved)
+            return saved;
+        bool timed = false;
+        for (const std::string &source : arguments_.datasets) {
+            const auto sequence = read(source, !timed);
+            if (Watch::stopped())
+                break;
+            if (!sequence)
+                continue;
+            if (Status done = examine(*sequence, !timed); !done)
+                return done;
+            timed = true;
+        }
+        results_.complete = !Watch::stopped() && problem_.empty();
+        if (Status saved = save(); !saved)
+            return saved;
+        print(results_, what_, arguments_.out);
+        return problem_.empty() ? ok() : Status(Error{problem_});
+    }
+
+private:
+    Status save() const { return write_report(arguments_.out, results_); }
+
+    double frames_planned() const { return arguments_.frames > 0 ? arguments_.frames : 100; }
+
+    double work_planned() {
+        double work = 0;
+        for (std::size_t i = 0; i < arguments_.datasets.size(); ++i)
+            work += frames_planned() + work_of(frames_planned(), i == 0);
+        return work;
+    }
+
+    /// The work of the experiments on a sequence, reading it aside.
+    double work_of(double frames, bool timed) {
+        double work = 0;
+        for (const Step &step : steps(nullptr, frames, timed))
+            work += step.asked ? step.work : 0;
+        return work;
+    }
+
+    /// A sequence that cannot be read is left out, with a note.
+    std::optional<Sequence> read(const std::string &source, bool timed) {
+        watch_.begin("reading " + source, frames_planned());
+        auto sequence = load_sequence(source, arguments_.frames, watch_);
+        watch_.end();
+        const double planned = work_of(frames_planned(), timed);
+        if (sequence) {
+            watch_.add(work_of(static_cast<double>(sequence->frames.size()), timed) - planned);
+            if (!sequence->note.empty())
+                results_.notes.push_back(sequence->note);
+            return *std::move(sequence);
+        }
+        watch_.add(-planned);
+        if (!Watch::stopped()) {
+            results_.notes.push_back(sequence.error().message);
+            if (problem_.empty())
+                problem_ = sequence.error().message;
+        }
+        return std::nullopt;
+    }
+
+    /// `sequence`: what the jobs work on. Times are taken where `timed`.
+    std::vector<Step> steps(const Sequence *sequence, double frames, bool timed) {
+        const int workers = arguments_.workers;
+        return {
+            {timed && what_.runtime, "times", stages_work(),
+             [=, this] {
+                 results_.flow_times = time_flow(*sequence, watch_);
+                 results_.stage_times = time_stages(*sequence, workers, watch_);
+             }},
+            {timed && (what_.runtime || what_.power), "frame rates", systems_work(what_.runtime),
+             [=, this] {
+                 results_.system_times = time_systems(*sequence, what_.runtime, workers, watch_);
+             }},
+            {what_.compare || what_.tradeoff || what_.power, "all systems",
+             frames * sweep_work(breadth()),
+             [=, this] {
+                 sweep(*sequence, breadth(), workers, watch_,
+                       [this](Score score) { results_.scores.push_back(std::move(score)); });
+             }},
+            {what_.compare, "pictures", frames * example_work(),
+             [=, this] {
+                 append(results_.pictures, example(*sequence, results_.scores, workers, watch_));
+             }},
+            {what_.ablate, "ablation", frames * ablation_work(),
+             [=, this] {
+                 append(results_.ablations, ablate_sequence(*sequence, workers, watch_));
+             }},
+            {what_.infill, "infilling", frames * infill_work(),
+             [=, this] {
+                 Infill found = infill(*sequence, workers, watch_);
+                 append(results_.infill, std::move(found.scores));
+                 append(results_.pictures, std::move(found.pictures));
+             }},
+        };
+    }
+
+    Sweep breadth() const {
+        return what_.tradeoff ? Sweep::full : what_.compare ? Sweep::matched : Sweep::adaptive;
+    }
+
+    Status examine(const Sequence &sequence, bool timed) {
+        for (const Step &step :
+             steps(&sequence, static_cast<double>(sequence.frames.size()), timed)) {
+            if (!step.asked || Watch::stopped())
+                continue;
+            watch_.begin(sequence.name + ", " + step.name, step.work);
+            step.job();
+            watch_.end();
+            if (Status saved = save(); !saved)
+                return saved;
+        }
+        return ok();
+    }
+
+    const ReportArguments &arguments_;
+    const Experiments &what_;
+    Results results_;
+    std::string problem_; ///< the first
+    Watch watch_;
+};
 
 } // namespace
 
@@ -73,7 +190,8 @@ void ReportArguments::add_to(CLI::App &command) {
         return;
     command
         .add_option("datasets", datasets,
-                    "Folders in any known layout (docs/datasets.md), or the word synthetic")
+                    fmt::format("Folders in any known layout (docs/datasets.md), or: {}",
+                                fmt::join(synthetic_sources(), ", ")))
         ->required();
     command.add_option("--frames", frames, "Only the first so many of each; 0 = all")
         ->capture_default_str()
@@ -85,36 +203,7 @@ void ReportArguments::add_to(CLI::App &command) {
 
 Status report(const ReportArguments &arguments) {
     Watch::heed_signals();
-    Results results;
-    std::string problem;
-    if (arguments.experiments.ransac)
-        results.ransac = simulate_ransac(ransac_trials);
-    bool timed = false;
-    for (const std::string &source : arguments.datasets) {
-        if (Watch::stopped())
-            break;
-        const Watch loading("reading " + source, arguments.frames);
-        const auto sequence = load_sequence(source, arguments.frames, loading);
-        if (!sequence) {
-            if (Watch::stopped())
-                break;
-            results.notes.push_back(sequence.error().message);
-            if (problem.empty())
-                problem = sequence.error().message;
-            continue;
-        }
-        if (!sequence->note.empty())
-            results.notes.push_back(sequence->note);
-        experiment(*sequence, arguments, !timed, results);
-        timed = true;
-        results.complete = false; // until it is: this one stays if the rest is killed
-        if (Status written = write_report(arguments.out, results); !written)
-            return written;
-    }
-    results.complete = !Watch::stopped() && problem.empty();
-    if (Status finished = finish(arguments.out, results); !finished)
-        return finished;
-    return problem.empty() ? ok() : Status(Error{problem});
+    return Laboratory(arguments).run();
 }
 
 void MergeArguments::add_to(CLI::App &command) {
@@ -130,7 +219,10 @@ Status merge(const MergeArguments &arguments) {
             return scores.error();
         append(results.scores, *std::move(scores));
     }
-    return finish(arguments.out, results);
+    if (Status written = write_report(arguments.out, results); !written)
+        return written;
+    print(results, {}, arguments.out);
+    return ok();
 }
 
 } // namespace afterglow

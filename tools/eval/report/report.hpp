@@ -18,8 +18,9 @@ struct Experiments {
     bool ransac = false;   ///< Table II
     bool power = false;    ///< Table VI, system power
     bool infill = false;   ///< Section VIII
+    bool ablate = false;   ///< our own stages, switched off in turn
 
-    static Experiments all() { return {true, true, true, true, true, true}; }
+    static Experiments all() { return {true, true, true, true, true, true, true}; }
     bool need_frames() const { return compare || tradeoff || runtime || power || infill; }
 };
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/image.hpp"
-#include "core/rgb.hpp"
 #include "tools/eval/summary.hpp"
 
 #include <optional>
@@ -44,6 +42,13 @@ struct RansacScore {
     double reduction() const { return 100 * (1 - ransac_rmse_m / plain_rmse_m); } ///< percent
 };
 
+/// afterglow with one of its stages switched off, on a dataset.
+struct Ablation {
+    std::string variant; ///< "default" has all stages
+    std::string shows;   ///< what is lost
+    Summary summary;
+};
+
 /// Section VIII: depth taken away from a measured map and given back from an earlier one.
 struct InfillScore {
     std::string dataset;
@@ -59,7 +64,7 @@ struct InfillScore {
 struct Picture {
     std::string group; ///< pictures of one group stand side by side
     std::string caption;
-    Image<Rgb> pixels;
+    std::string png; ///< png_data()
 };
 
 struct Results {
@@ -70,6 +75,7 @@ struct Results {
     std::vector<Timing> system_times; ///< Table V; the reference is the paper's system
     std::vector<Timing> stage_times;  ///< of the paper's system; the reference is their sum
     std::vector<RansacScore> ransac;
+    std::vector<Ablation> ablations; ///< by dataset; of each "default" comes first
     std::vector<InfillScore> infill;
     std::vector<Picture> pictures;
 };

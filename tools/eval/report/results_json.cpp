@@ -40,6 +40,12 @@ std::string as_json(const RansacScore &score) {
                         {"reduction", json_number(score.reduction())}});
 }
 
+std::string as_json(const Ablation &ablation) {
+    return json_object({{"variant", json_string(ablation.variant)},
+                        {"shows", json_string(ablation.shows)},
+                        {"summary", to_json(ablation.summary)}});
+}
+
 std::string as_json(const InfillScore &score) {
     return json_object({{"dataset", json_string(score.dataset)},
                         {"system", json_string(score.system)},
@@ -87,9 +93,32 @@ Summary summary_of(const json &object) {
     return s;
 }
 
+/// The knob of the job's system, if its settings tell.
+Setting setting_of(const json &parameters, const std::string &system) {
+    const auto knob = [&](const char *name, const char *key) {
+        const auto value = number_of(parameters, key);
+        return value ? Setting{name, *value} : Setting{};
+    };
+    if (parameters.value("gate.mode", "auto") == "interval")
+        return knob("interval", "gate.interval_frames");
+    return system == "paper" ? knob("threshold", "ransac.threshold")
+                             : knob("target", "gate.target_mre");
+}
+
+/// What `afterglow-eval run --json` printed.
+Score score_of(const json &object) {
+    Score score;
+    score.summary = summary_of(object);
+    if (const auto settings = object.find("settings"); settings != object.end()) {
+        score.layout = settings->at("layout").get<std::string>();
+        score.setting = setting_of(settings->at("parameters"), score.summary.preset);
+    }
+    return score;
+}
+
 void add_scores(const json &object, std::vector<Score> &scores) {
     if (!object.contains("scores")) {
-        scores.emplace_back().summary = summary_of(object);
+        scores.push_back(score_of(object));
         return;
     }
     for (const json &written : object.at("scores")) {
@@ -114,6 +143,7 @@ std::string to_json(const Results &results) {
                         {"system_times", as_json(results.system_times)},
                         {"stage_times", as_json(results.stage_times)},
                         {"ransac", as_json(results.ransac)},
+                        {"ablations", as_json(results.ablations)},
                         {"infill", as_json(results.infill)}}) +
            "\n";
 }

@@ -3,31 +3,77 @@
 
 #include "drivers/synthetic/truth.hpp"
 #include "tools/eval/datasets/dataset.hpp"
+#include "tools/eval/footage.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
+#include <iterator>
+#include <string_view>
 #include <utility>
 
 namespace afterglow {
 namespace {
 
-constexpr const char *synthetic_name = "synthetic";
 constexpr int synthetic_frames = 100;
 
-Result<Sequence> film_room(int frames, const Watch &watch) {
+/// How a dataset was filmed, as far as the room can be filmed like it.
+struct Filming {
+    std::string_view layout; ///< empty: the room as it is
+    std::uint64_t seed;      ///< each has its own room
+    double fps;
+    double motion; ///< relative
+    bool noise;
+    TofNoise depth;
+};
+
+/// Kinect v1: its depth's standard deviation grows with the square of the distance (Khoshelham &
+/// Elberink 2012).
+constexpr TofNoise kinect_v1{.sigma_at_0 = 0.0005,
+                             .sigma_per_square = 0.0015,
+                             .nearest = 0.5,
+                             .furthest = 5.0,
+                             .flying = 0.2};
+/// Kinect v2, a TOF camera (Fankhauser et al. 2015).
+constexpr TofNoise kinect_v2{.sigma_at_0 = 0.0015,
+                             .sigma_per_square = 0.0005,
+                             .nearest = 0.5,
+                             .furthest = 4.5,
+                             .flying = 0.5};
+
+constexpr Filming filmings[] = {
+    {"", 1, 30, 1, true, {}},
+    {"nyu-v2", 2, 30, 1, true, kinect_v1},
+    // A robot that turns abruptly, seen ten times a second.
+    {"indoor-rgbd", 3, 10, 1.5, true, kinect_v1},
+    {"corbs", 4, 30, 1.5, true, kinect_v2},
+    {"icl-nuim", 5, 30, 1, false, {}}, // rendered, without noise
+};
+
+std::string source_of(const Filming &filming) {
+    return filming.layout.empty() ? synthetic_name
+                                  : fmt::format("{}:{}", synthetic_name, filming.layout);
+}
+
+Result<Sequence> film_room(const Filming &filming, int frames, Watch &watch) {
     SyntheticOptions options;
     options.real_time = false;
     options.frames = frames > 0 ? frames : synthetic_frames;
-    auto rig = open_synthetic(options);
+    options.seed = filming.seed;
+    options.fps = filming.fps;
+    options.motion = filming.motion;
+    options.noise = filming.noise;
+    SyntheticWorld world = make_world(options);
+    world.tof = filming.depth;
+    auto rig = open_synthetic(options, world);
     if (!rig)
         return rig.error();
-    SyntheticTruth truth(options);
+    SyntheticTruth truth(options, std::move(world));
     Sequence sequence;
-    sequence.name = synthetic_name;
-    sequence.layout = synthetic_name;
+    sequence.name = source_of(filming);
+    sequence.layout = filming.layout.empty() ? synthetic_name : filming.layout;
     sequence.camera = rig->color->intrinsics();
     for (Status done : {rig->color->start(), rig->tof->start(), rig->illuminator->set(true)})
         if (!done)
@@ -47,13 +93,12 @@ Result<Sequence> film_room(int frames, const Watch &watch) {
     return sequence;
 }
 
-Result<Sequence> load_recording(const std::string &folder, int frames, const Watch &watch) {
+Result<Sequence> load_recording(const std::string &folder, int frames, Watch &watch) {
     auto dataset = open_dataset(folder);
     if (!dataset)
         return dataset.error();
-    const auto path = std::filesystem::absolute(folder).lexically_normal();
     Sequence sequence;
-    sequence.name = (path.has_filename() ? path : path.parent_path()).filename();
+    sequence.name = folder_name(folder);
     sequence.layout = dataset->layout;
     sequence.camera = dataset->camera;
     std::size_t skipped = 0;
@@ -84,12 +129,21 @@ Result<Sequence> load_recording(const std::string &folder, int frames, const Wat
 
 } // namespace
 
-Result<Sequence> load_sequence(const std::string &source, int frames, const Watch &watch) {
-    const bool synthetic = source == synthetic_name && !std::filesystem::exists(source);
-    auto sequence = synthetic ? film_room(frames, watch) : load_recording(source, frames, watch);
+Result<Sequence> load_sequence(const std::string &source, int frames, Watch &watch) {
+    const auto *filming = std::ranges::find(filmings, source, source_of);
+    const bool synthetic = filming != std::end(filmings) && !std::filesystem::exists(source);
+    auto sequence =
+        synthetic ? film_room(*filming, frames, watch) : load_recording(source, frames, watch);
     if (sequence && sequence->frames.empty())
         return Error{fmt::format("{}: not one usable frame", source)};
     return sequence;
+}
+
+std::vector<std::string> synthetic_sources() {
+    std::vector<std::string> sources;
+    for (const Filming &filming : filmings)
+        sources.push_back(source_of(filming));
+    return sources;
 }
 
 } // namespace afterglow

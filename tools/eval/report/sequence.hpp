@@ -30,7 +30,12 @@ struct Sequence {
 };
 
 /// The first `frames` good frames of a dataset in any layout (0: all), or of the synthetic room
-/// where `source` is "synthetic".
-Result<Sequence> load_sequence(const std::string &source, int frames, const Watch &watch);
+/// where `source` is "synthetic". "synthetic:nyu-v2", and so for the paper's other datasets that
+/// synthetic_sources() names, is what stands in for one that is not at hand: the room, filmed as
+/// slowly or quickly and measured as well or badly as that one was.
+Result<Sequence> load_sequence(const std::string &source, int frames, Watch &watch);
+
+/// The sources that are synthetic: the room and the stand-ins.
+std::vector<std::string> synthetic_sources();
 
 } // namespace afterglow

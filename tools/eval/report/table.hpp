@@ -37,5 +37,6 @@ std::string to_text(const Table &table);
 std::string to_csv(const Table &table);
 /// Every score, one in a line.
 std::string to_csv(const std::vector<Score> &scores);
+std::string to_csv(const std::vector<Ablation> &ablations);
 
 } // namespace afterglow

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
 
 namespace afterglow {
 namespace {
@@ -14,9 +15,15 @@ std::string shown(const Table::Cell &cell) {
     return fmt::format("{}{}({})", cell.ours, cell.ours.empty() ? "" : " ", cell.theirs);
 }
 
+bool is_number(const std::string &text) {
+    char *end = nullptr;
+    std::strtod(text.c_str(), &end);
+    return !text.empty() && *end == '\0';
+}
+
 /// Spreadsheets take a cell that begins so for a formula; names of folders may.
 std::string csv_cell(std::string text) {
-    if (!text.empty() && std::string("=+@").find(text[0]) != std::string::npos)
+    if (!text.empty() && std::string("=+-@").find(text[0]) != std::string::npos && !is_number(text))
         text = "'" + text;
     if (text.find_first_of(",\"\r\n") == std::string::npos)
         return text;
@@ -28,6 +35,18 @@ std::string csv_cell(std::string text) {
 
 std::string csv_number(const std::optional<double> &value) {
     return value ? fmt::format("{:.4f}", *value) : "";
+}
+
+constexpr const char *summary_columns =
+    "frames,duty_cycle,mre_median,mre_mean,mre_p95,mae_cm_median,rmse_cm_median,coverage_median,"
+    "coverage_p5\n";
+
+std::string csv_line(const Summary &s) {
+    std::string out = std::to_string(s.frames);
+    for (const auto &value : {std::optional(s.duty_cycle), s.mre_median, s.mre_mean, s.mre_p95,
+                              s.mae_cm_median, s.rmse_cm_median, s.coverage_median, s.coverage_p5})
+        out += ',' + csv_number(value);
+    return out + '\n';
 }
 
 } // namespace
@@ -77,17 +96,19 @@ std::string to_csv(const Table &table) {
 }
 
 std::string to_csv(const std::vector<Score> &scores) {
-    std::string out = "dataset,system,setting,value,frames,duty_cycle,mre_median,mre_mean,mre_p95,"
-                      "mae_cm_median,rmse_cm_median,coverage_median,coverage_p5\n";
-    for (const Score &score : scores) {
-        const Summary &s = score.summary;
-        out += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{},{}\n", csv_cell(s.dataset),
-                           csv_cell(s.preset), csv_cell(score.setting.name), score.setting.value,
-                           s.frames, csv_number(s.duty_cycle), csv_number(s.mre_median),
-                           csv_number(s.mre_mean), csv_number(s.mre_p95),
-                           csv_number(s.mae_cm_median), csv_number(s.rmse_cm_median),
-                           csv_number(s.coverage_median), csv_number(s.coverage_p5));
-    }
+    std::string out = fmt::format("dataset,system,setting,value,{}", summary_columns);
+    for (const Score &score : scores)
+        out += fmt::format("{},{},{},{},{}", csv_cell(score.summary.dataset),
+                           csv_cell(score.summary.preset), csv_cell(score.setting.name),
+                           score.setting.value, csv_line(score.summary));
+    return out;
+}
+
+std::string to_csv(const std::vector<Ablation> &ablations) {
+    std::string out = fmt::format("dataset,variant,{}", summary_columns);
+    for (const Ablation &ablation : ablations)
+        out += fmt::format("{},{},{}", csv_cell(ablation.summary.dataset),
+                           csv_cell(ablation.variant), csv_line(ablation.summary));
     return out;
 }
 

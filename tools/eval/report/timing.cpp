@@ -5,13 +5,12 @@
 #include "core/ransac.hpp"
 #include "core/reprojection.hpp"
 #include "tools/eval/report/play.hpp"
-#ifdef AFTERGLOW_RIVALS
 #include "tools/eval/rivals/table_1.hpp"
-#endif
 
 #include <algorithm>
 #include <cassert>
 #include <chrono>
+#include <opencv2/core/utility.hpp>
 
 namespace afterglow {
 namespace {
@@ -37,6 +36,12 @@ private:
     const std::vector<Sequence::Frame> &frames_;
     std::size_t at_ = 0;
 };
+
+bool is_timed(const SystemDescription &system, bool rivals) {
+    if (!rivals)
+        return system.name == "paper" || system.name == "default";
+    return system.name != "oracle"; // which is no system
+}
 
 } // namespace
 
@@ -77,9 +82,8 @@ int Stopwatches::rounds() const {
     return static_cast<int>(fewest->size());
 }
 
-std::vector<Timing> time_flow([[maybe_unused]] const Sequence &sequence,
-                              [[maybe_unused]] const Watch &watch) {
-#ifdef AFTERGLOW_RIVALS
+std::vector<Timing> time_flow(const Sequence &sequence, Watch &watch) {
+    cv::setNumThreads(1); // the three-step search has one, too
     const EstimatorOptions::Flow options;
     Stopwatches watches({"Three Step Search", "Lucas Kanade", "Harris Corner"},
                         "Three Step Search");
@@ -96,33 +100,36 @@ std::vector<Timing> time_flow([[maybe_unused]] const Sequence &sequence,
         const double harris =
             time_ms([&] { find_harris_corners(from, options.grid * options.grid); });
         watches.add_round({tss, lk, harris});
-        watch.tick();
+        watch.tick(2);
     }
     return watches.timings();
-#else
-    return {};
-#endif
 }
 
-std::vector<Timing> time_systems(const Sequence &sequence, bool rivals, int workers,
-                                 const Watch &watch) {
+double stages_work() {
+    return 3 * least_rounds;
+}
+
+double systems_work(bool rivals) {
+    double work = 0;
+    for (const SystemDescription &system : lineup())
+        if (is_timed(system, rivals))
+            work += work_of(system);
+    return least_rounds * work;
+}
+
+std::vector<Timing> time_systems(const Sequence &sequence, bool rivals, int workers, Watch &watch) {
     constexpr int most_rounds = 4 * least_rounds;
-    constexpr int interval = 10;
     WorkerPool pool(workers);
     std::vector<std::string> names;
     std::vector<Player> players;
     for (const SystemDescription &system : lineup()) {
-        if (system.name == "oracle") // which is no system
-            continue;
-        if (!rivals && system.name != "paper" && system.name != "default")
+        if (!is_timed(system, rivals))
             continue;
         names.emplace_back(system.name);
-        Setting setting;
-        if (system.lighting == Lighting::interval)
-            setting = {"interval", interval};
-        players.emplace_back(system, setting, sequence.camera, pool);
+        players.emplace_back(system, tuned(system, own_setting(system)), sequence.camera, pool);
     }
     Stopwatches watches(names, "paper");
+    const double work = systems_work(rivals) / least_rounds;
     std::vector<double> ms(players.size());
     std::int64_t t_ns = 0; // the sequence is shown again and again: its own times would go back
     for (int round = 0; round < most_rounds && watches.rounds() < least_rounds; ++round) {
@@ -138,12 +145,12 @@ std::vector<Timing> time_systems(const Sequence &sequence, bool rivals, int work
                 ms[i] = -1;
         }
         watches.add_round(ms);
-        watch.tick();
+        watch.tick(work);
     }
     return watches.timings();
 }
 
-std::vector<Timing> time_stages(const Sequence &sequence, int workers, const Watch &watch) {
+std::vector<Timing> time_stages(const Sequence &sequence, int workers, Watch &watch) {
     const EstimatorOptions options = *estimator_preset("paper");
     WorkerPool pool(workers);
     ForwardReprojection reprojection(sequence.camera, pool);

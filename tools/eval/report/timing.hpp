@@ -35,16 +35,21 @@ private:
 inline constexpr int least_rounds = 30;
 
 /// Table I: flow at the paper's grid by three-step search and Lucas-Kanade, and Harris corners, on
-/// the same images, on one thread. Empty in a build without OpenCV.
-std::vector<Timing> time_flow(const Sequence &sequence, const Watch &watch);
+/// the same images, on one thread.
+std::vector<Timing> time_flow(const Sequence &sequence, Watch &watch);
+
+/// The work of time_flow() and time_stages().
+double stages_work();
 
 /// Table V: a frame's estimate by every system, on the same frames; without `rivals` only by the
 /// paper's and afterglow. Measured frames do not count.
-std::vector<Timing> time_systems(const Sequence &sequence, bool rivals, int workers,
-                                 const Watch &watch);
+std::vector<Timing> time_systems(const Sequence &sequence, bool rivals, int workers, Watch &watch);
+
+/// The work of that.
+double systems_work(bool rivals);
 
 /// The run-time breakdown of the paper's system: flow, pose, reprojection; the reference is the
 /// sum, "all".
-std::vector<Timing> time_stages(const Sequence &sequence, int workers, const Watch &watch);
+std::vector<Timing> time_stages(const Sequence &sequence, int workers, Watch &watch);
 
 } // namespace afterglow

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/eval/report/tradeoff.hpp"
 
-#include "core/estimator_options.hpp"
+#include "tools/eval/report/jobs.hpp"
 #include "tools/eval/report/paper_figures.hpp"
 #include "tools/eval/report/play.hpp"
 
 #include <algorithm>
-#include <atomic>
 #include <cmath>
+#include <functional>
+#include <iterator>
 #include <optional>
-#include <thread>
+#include <utility>
 
 namespace afterglow {
 namespace {
@@ -20,23 +21,34 @@ struct Game {
     std::optional<Score> score{};
 };
 
+// own_setting() is among them in any case.
 const std::vector<double> thresholds = {0.5, 1, 2, 4, 8, 16, 32, 64};
-const std::vector<double> targets = {0.4, 0.6, 0.8, 1, 1.3, 1.7, 2.5, 4};
-const std::vector<double> oracle_targets = {0.5, 1, 1.5};
+const std::vector<double> targets = {0.4, 0.6, 0.8, 1, 1.6, 2.5, 4};
+const std::vector<double> oracle_targets = {0.5, 1};
 const std::vector<double> intervals = {2, 3, 4, 6, 10, 20};
-const std::vector<double> slow_intervals = {4};
+const std::vector<double> slow_intervals = {4, 12};
 
 bool is_ablation(const SystemDescription &system) {
     return system.name == "reverse-warp" || system.name == "median";
 }
 
-/// These take a tenth of a second and more for a frame.
-bool is_slow(const SystemDescription &system) {
-    return system.name == "copy" || system.name == "opencv-rgbd";
+std::vector<double> knob_values(const SystemDescription &system) {
+    if (is_ablation(system))
+        return {};
+    if (system.name == "default")
+        return targets;
+    if (system.name == "oracle")
+        return oracle_targets;
+    if (system.lighting == Lighting::interval)
+        return work_of(system) > 1 ? slow_intervals : intervals;
+    return thresholds;
 }
 
-void add(std::vector<Game> &games, const SystemDescription &system, const char *knob,
-         const std::vector<double> &values) {
+/// A game for each value, each once.
+void add(std::vector<Game> &games, const SystemDescription &system, const std::string &knob,
+         std::vector<double> values) {
+    std::ranges::sort(values);
+    values.erase(std::unique(values.begin(), values.end()), values.end());
     for (const double value : values)
         games.push_back({&system, {knob, value}});
 }
@@ -49,18 +61,16 @@ std::vector<Game> first_games(Sweep how) {
             continue;
         if (system.lighting == Lighting::never)
             games.push_back({&system, {}});
-        else if (is_ablation(system))
-            add(games, system, "threshold", {EstimatorOptions().ransac.threshold});
-        else if (system.name == "default")
-            add(games, system, "target", targets);
-        else if (system.name == "oracle")
-            add(games, system, "target", oracle_targets);
-        else if (system.lighting == Lighting::adaptive)
-            add(games, system, "threshold", thresholds);
+        if (system.lighting != Lighting::adaptive)
+            continue;
+        const Setting own = own_setting(system);
+        std::vector<double> values = knob_values(system);
+        values.push_back(own.value);
+        add(games, system, own.name, std::move(values));
     }
     // The longest first, so that the threads end together.
-    std::ranges::stable_sort(
-        games, [](const Game &a, const Game &b) { return a.system->dense < b.system->dense; });
+    std::ranges::stable_sort(games, std::greater{},
+                             [](const Game &game) { return work_of(*game.system); });
     return games;
 }
 
@@ -72,45 +82,34 @@ std::vector<Game> second_games(Sweep how, double duty_cycle) {
             continue;
         std::vector<double> values;
         if (how == Sweep::full)
-            values = is_slow(system) ? slow_intervals : intervals;
+            values = knob_values(system);
         if (duty_cycle > 0)
             values.push_back(std::max(2.0, std::round(100 / duty_cycle)));
-        std::ranges::sort(values);
-        values.erase(std::unique(values.begin(), values.end()), values.end());
-        add(games, system, "interval", values);
+        add(games, system, "interval", std::move(values));
     }
     return games;
 }
 
-void play_all(std::vector<Game> &games, const Sequence &sequence, int workers, const Watch &watch) {
-    std::atomic<std::size_t> next = 0;
-    const auto work = [&] {
+Score score_of(const Evaluation &played, const Game &game, const Sequence &sequence) {
+    const double target = game.setting.name == "target" ? game.setting.value : paper::aimed_mre;
+    return {game.setting, summarize(played, sequence.name, std::string(game.system->name), target),
+            sequence.layout};
+}
+
+void play_all(std::vector<Game> &games, const Sequence &sequence, int workers, Watch &watch) {
+    run_jobs(games.size(), workers, [&](std::size_t i) {
+        Game &game = games[i];
         WorkerPool alone(1);
-        for (std::size_t i = next++; i < games.size(); i = next++) {
-            Game &game = games[i];
-            const auto played = play(sequence, *game.system, game.setting, alone, watch);
-            if (played)
-                game.score = Score{game.setting,
-                                   summarize(*played, sequence.name, std::string(game.system->name),
-                                             game.setting.name == "target" ? game.setting.value
-                                                                           : paper::aimed_mre),
-                                   sequence.layout};
-        }
-    };
-    std::vector<std::thread> threads;
-    for (int i = 1; i < workers; ++i)
-        threads.emplace_back(work);
-    work();
-    for (std::thread &thread : threads)
-        thread.join();
+        const Tuned made = tuned(*game.system, game.setting);
+        if (const auto played = play(sequence, *game.system, made, alone, watch))
+            game.score = score_of(*played, game, sequence);
+    });
 }
 
 } // namespace
 
-void sweep(const Sequence &sequence, Sweep how, int workers,
+void sweep(const Sequence &sequence, Sweep how, int workers, Watch &watch,
            const std::function<void(Score)> &on_score) {
-    const int frames = static_cast<int>(sequence.frames.size());
-    const Watch watch(sequence.name, sweep_frames(how, frames));
     std::vector<Score> scores;
     const auto run = [&](std::vector<Game> games) {
         play_all(games, sequence, workers, watch);
@@ -125,8 +124,12 @@ void sweep(const Sequence &sequence, Sweep how, int workers,
     run(second_games(how, compared_duty_cycle(scores, sequence.name)));
 }
 
-int sweep_frames(Sweep how, int frames) {
-    return frames * static_cast<int>(first_games(how).size() + second_games(how, 50).size());
+double sweep_work(Sweep how) {
+    double work = 0;
+    for (const auto &games : {first_games(how), second_games(how, 50)})
+        for (const Game &game : games)
+            work += work_of(*game.system);
+    return work;
 }
 
 std::vector<const Score *> scores_of(std::span<const Score> scores, std::string_view dataset,
@@ -141,7 +144,7 @@ std::vector<const Score *> scores_of(std::span<const Score> scores, std::string_
 
 namespace {
 
-/// The score that `distance` is least of; the earlier, where it is the same.
+/// The score of which `distance` is least; the earlier, where it is the same.
 template <class Distance>
 const Score *nearest(const std::vector<const Score *> &scores, Distance distance) {
     const auto best = std::ranges::min_element(scores, {}, distance);
@@ -152,9 +155,15 @@ const Score *nearest(const std::vector<const Score *> &scores, Distance distance
 
 const Score *tuned_score(std::span<const Score> scores, std::string_view dataset,
                          std::string_view system) {
-    return nearest(scores_of(scores, dataset, system), [](const Score *score) {
-        return std::abs(*score->summary.mre_median - paper::aimed_mre);
+    const auto all = scores_of(scores, dataset, system);
+    std::vector<const Score *> good;
+    std::ranges::copy_if(all, std::back_inserter(good), [](const Score *score) {
+        return *score->summary.mre_median <= paper::about_aimed_mre;
     });
+    if (!good.empty())
+        return nearest(good, [](const Score *score) { return score->summary.duty_cycle; });
+    return nearest(
+        all, [](const Score *score) { return *score->summary.mre_median - paper::aimed_mre; });
 }
 
 double compared_duty_cycle(std::span<const Score> scores, std::string_view dataset) {
@@ -172,11 +181,16 @@ const Score *matched_score(std::span<const Score> scores, std::string_view datas
     });
 }
 
-const Score *plain_score(std::span<const Score> scores, std::string_view dataset,
-                         std::string_view system) {
-    for (const Score *score : scores_of(scores, dataset, system))
-        if (score->setting.value == EstimatorOptions().ransac.threshold)
-            return score;
+const Score *preset_score(std::span<const Score> scores, std::string_view dataset,
+                          std::string_view system) {
+    const SystemDescription *known = find_system(system);
+    if (!known)
+        return nullptr;
+    const double own = own_setting(*known).value;
+    for (const Score &score : scores)
+        if (score.summary.dataset == dataset && score.summary.preset == system &&
+            score.setting.value == own)
+            return &score;
     return nullptr;
 }
 

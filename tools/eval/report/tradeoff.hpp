@@ -25,18 +25,18 @@ enum class Sweep : std::uint8_t {
 ///
 /// Each game is one thread's, `workers` at a time. `on_score` is called as scores come, by one
 /// thread at a time, in an order that does not depend on the threads.
-void sweep(const Sequence &sequence, Sweep how, int workers,
+void sweep(const Sequence &sequence, Sweep how, int workers, Watch &watch,
            const std::function<void(Score)> &on_score);
 
-/// How many frames sweep() will show, for a progress bar; an estimate.
-int sweep_frames(Sweep how, int frames);
+/// The work of that for each frame of a sequence; an estimate.
+double sweep_work(Sweep how);
 
 /// The scores of a system on a dataset that have an error and a duty cycle below 100 %.
 std::vector<const Score *> scores_of(std::span<const Score> scores, std::string_view dataset,
                                      std::string_view system);
 
-/// The setting whose median MRE is nearest to the paper's aim, as its Section V-C sets thresholds;
-/// null where there is none.
+/// As Section V-C of the paper sets thresholds, for a median MRE of about 1 %: the darkest setting
+/// with no more, or else the one that comes nearest. Null where there is none.
 const Score *tuned_score(std::span<const Score> scores, std::string_view dataset,
                          std::string_view system);
 /// The duty cycle, percent, at which the systems are compared on a dataset: that of afterglow's
@@ -45,8 +45,8 @@ double compared_duty_cycle(std::span<const Score> scores, std::string_view datas
 /// The setting whose duty cycle is nearest to compared_duty_cycle(); null where there is none.
 const Score *matched_score(std::span<const Score> scores, std::string_view dataset,
                            std::string_view system);
-/// The paper's own threshold, or null. For the ablations, which turn no knob.
-const Score *plain_score(std::span<const Score> scores, std::string_view dataset,
-                         std::string_view system);
+/// The system as it comes: with its own_setting(). Null where there is none.
+const Score *preset_score(std::span<const Score> scores, std::string_view dataset,
+                          std::string_view system);
 
 } // namespace afterglow

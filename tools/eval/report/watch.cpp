@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/eval/report/watch.hpp"
 
+#include <algorithm>
 #include <atomic>
 #include <csignal>
 
@@ -12,9 +13,28 @@ static_assert(std::atomic<bool>::is_always_lock_free); // a signal handler write
 
 } // namespace
 
-void Watch::tick() const {
+void Watch::begin(const std::string &what, double work) {
     const std::lock_guard lock(mutex_);
-    progress_.update(++done_);
+    end_ = done_ + work;
+    progress_.set_what(what);
+}
+
+void Watch::tick(double work) {
+    const std::lock_guard lock(mutex_);
+    done_ = std::min(done_ + work, end_);
+    progress_.update(done_);
+}
+
+void Watch::end() {
+    const std::lock_guard lock(mutex_);
+    done_ = end_;
+    progress_.update(done_);
+}
+
+void Watch::add(double work) {
+    const std::lock_guard lock(mutex_);
+    total_ += work;
+    progress_.set_total(total_);
 }
 
 bool Watch::stopped() {

@@ -36,6 +36,9 @@ Status write_report(const std::string &folder, const Results &results) {
     if (!results.scores.empty())
         if (Status done = write_file(folder + "/scores.csv", to_csv(results.scores)); !done)
             return done;
+    if (!results.ablations.empty())
+        if (Status done = write_file(folder + "/ablations.csv", to_csv(results.ablations)); !done)
+            return done;
     for (const Table &table : make_tables(results))
         if (Status done = write_file(fmt::format("{}/{}.csv", folder, table.id), to_csv(table));
             !done)

@@ -6,10 +6,7 @@
 
 #include <algorithm>
 #include <array>
-
-#ifdef AFTERGLOW_RIVALS
 #include <opencv2/core/utility.hpp>
-#endif
 
 namespace afterglow {
 namespace {
@@ -30,21 +27,18 @@ struct Row {
 
 constexpr Row rows[] = {
     {{.name = "paper",
-      .title = "This Work",
+      .title = "This Work (paper)",
       .method = "three-step search, RANSAC pose, forward reprojection"},
      make_estimator<Method::paper>},
-#ifdef AFTERGLOW_RIVALS
     {{.name = "lk",
       .title = "LK",
       .method = "the paper's pipeline with pyramidal Lucas-Kanade flow"},
      make_lucas_kanade},
-#endif
     {{.name = "non-adaptive",
       .title = "Non-Adaptive",
       .method = "linear least squares on all flow, fixed interval (Noraky 2017)",
       .lighting = Lighting::interval},
      make_non_adaptive},
-#ifdef AFTERGLOW_RIVALS
     {{.name = "copy",
       .title = "Copy",
       .method = "dense Farneback flow moves the depth (Wang 2010, causal)",
@@ -76,7 +70,6 @@ constexpr Row rows[] = {
       .method = "OpenCV's RGB-D odometry against the last measured map",
       .lighting = Lighting::interval},
      make_rgbd_odometry},
-#endif
     {{.name = "default",
       .title = "afterglow",
       .method = "alignment with measured keyframes, lit by expected error"},
@@ -85,12 +78,10 @@ constexpr Row rows[] = {
       .title = "Reverse Warp",
       .method = "the paper's pipeline, warping in reverse"},
      make_reverse_warp},
-#ifdef AFTERGLOW_RIVALS
     {{.name = "median",
       .title = "Median Filter",
       .method = "the paper's pipeline and a 3x3 median of its maps"},
      make_median_filtered},
-#endif
 };
 
 constexpr auto descriptions = [] {
@@ -110,9 +101,7 @@ std::unique_ptr<DepthSystem> make_system(std::string_view name, const Intrinsics
     const Row *row = std::ranges::find(rows, name, [](const Row &r) { return r.description.name; });
     if (row == std::end(rows))
         return nullptr;
-#ifdef AFTERGLOW_RIVALS
     cv::setNumThreads(pool.size());
-#endif
     return row->make(options, camera, pool);
 }
 

@@ -49,8 +49,7 @@ struct SystemDescription {
     bool fitted_to_truth = false;
 };
 
-/// All systems of this build, in the order of the paper's tables: "paper" first. Those that are
-/// made of OpenCV are missing from a build without it.
+/// All systems, in the order of the paper's tables: "paper" first.
 std::span<const SystemDescription> systems();
 
 /// Nothing for a name that systems() does not have. Of `options` each system takes what it is made

@@ -3,10 +3,9 @@
 #include "tools/eval/rivals/makers.hpp"
 #include "tools/eval/rivals/opencv_image.hpp"
 
-#include <opencv2/video/tracking.hpp>
-
 #include <algorithm>
 #include <cmath>
+#include <opencv2/video/tracking.hpp>
 
 namespace afterglow {
 namespace {

@@ -3,12 +3,11 @@
 
 #include "tools/eval/rivals/opencv_image.hpp"
 
+#include <algorithm>
 #include <dlib/array2d.h>
 #include <dlib/image_keypoint.h>
 #include <dlib/pixel.h>
 #include <opencv2/features2d.hpp>
-
-#include <algorithm>
 
 namespace afterglow {
 namespace {

@@ -4,7 +4,6 @@
 #include "core/image.hpp"
 
 #include <opencv2/core.hpp>
-
 #include <vector>
 
 namespace afterglow {

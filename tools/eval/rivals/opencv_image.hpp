@@ -4,9 +4,8 @@
 #include "core/camera.hpp"
 #include "core/image.hpp"
 
-#include <opencv2/core.hpp>
-
 #include <cstdint>
+#include <opencv2/core.hpp>
 
 namespace afterglow {
 

@@ -4,10 +4,9 @@
 #include "tools/eval/rivals/makers.hpp"
 #include "tools/eval/rivals/opencv_image.hpp"
 
+#include <limits>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/rgbd.hpp>
-
-#include <limits>
 #include <vector>
 
 namespace afterglow {

@@ -3,12 +3,11 @@
 
 #include "tools/eval/rivals/opencv_image.hpp"
 
-#include <opencv2/calib3d.hpp>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <opencv2/calib3d.hpp>
 
 namespace afterglow {
 namespace {
