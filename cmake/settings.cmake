@@ -4,7 +4,7 @@
 option(BUILD_TESTING "Build the tests" ON)
 option(AFTERGLOW_WERROR "Treat warnings as errors" ON)
 option(AFTERGLOW_REPORT "Build afterglow-eval's report: rivals (OpenCV, dlib), dataset layouts" OFF)
-option(AFTERGLOW_V4L2 "Build the V4L2 drivers" OFF)
+option(AFTERGLOW_V4L2 "Build the V4L2 drivers" ON)
 set(AFTERGLOW_SANITIZE "" CACHE STRING "Sanitizers, as for -fsanitize= (address,undefined or thread)")
 if(BUILD_TESTING)
   enable_testing()

@@ -44,6 +44,10 @@ std::vector<std::uint32_t> formats_of(SystemCalls &calls, int fd, std::uint32_t 
     return formats;
 }
 
+bool is_step(std::uint32_t value, std::uint32_t least, std::uint32_t most, std::uint32_t step) {
+    return value >= least && value <= most && (value - least) % std::max(step, 1U) == 0;
+}
+
 /// Whether frames of the wished-for size exist in this format. A driver that cannot list its
 /// sizes is asked for one when the format is set.
 bool has_size(SystemCalls &calls, int fd, std::uint32_t fourcc, const Wish &wish) {
@@ -54,8 +58,8 @@ bool has_size(SystemCalls &calls, int fd, std::uint32_t fourcc, const Wish &wish
     for (; calls.ioctl(fd, VIDIOC_ENUM_FRAMESIZES, &size) == 0; ++size.index) {
         if (size.type != V4L2_FRMSIZE_TYPE_DISCRETE) {
             const v4l2_frmsize_stepwise &range = size.stepwise;
-            return w >= range.min_width && w <= range.max_width && h >= range.min_height &&
-                   h <= range.max_height;
+            return is_step(w, range.min_width, range.max_width, range.step_width) &&
+                   is_step(h, range.min_height, range.max_height, range.step_height);
         }
         if (size.discrete.width == w && size.discrete.height == h)
             return true;
