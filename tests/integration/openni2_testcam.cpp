@@ -284,3 +284,20 @@ TEST_CASE("without a device the daemon waits for one, and says so") {
     served.wait_for("State", "running");
     afterglow_close(stream);
 }
+
+TEST_CASE("afterglowctl lists an OpenNI2 device and its lights, and writes over no file") {
+    const Room room;
+    const Testcam testcam(room, 1);
+    const Ended devices = run({"afterglowctl", "devices"});
+    CHECK(devices.code == 0);
+    CHECK(devices.output.find("device = \"testcam://0\"\n    gives 160x120 at 30, 1 mm") !=
+          std::string::npos);
+    CHECK(devices.output.find("driver = \"openni2-emitter\"") != std::string::npos);
+
+    const std::string kept = room.folder.file("kept.toml", "mine");
+    const Ended refused = run({"afterglowctl", "probe", kept});
+    CHECK(refused.code == 1);
+    std::string content;
+    std::ifstream(kept) >> content;
+    CHECK(content == "mine");
+}
