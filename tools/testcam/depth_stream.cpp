@@ -52,7 +52,7 @@ void DepthStream::stop() {
 
 void DepthStream::run() {
     using Time = std::chrono::steady_clock::time_point;
-    Film::Frame frame = film_.next(now_ns());
+    Rounds::Frame frame = film_.next(now_ns());
     std::unique_lock lock(mutex_);
     while (running_) {
         const Time due{std::chrono::nanoseconds(frame.due_ns)};
@@ -69,7 +69,7 @@ void DepthStream::run() {
     }
 }
 
-void DepthStream::give(const Film::Frame &frame, Light light) {
+void DepthStream::give(const Rounds::Frame &frame, Light light) {
     OniFrame *out = getServices().acquireFrame();
     if (out == nullptr)
         return;

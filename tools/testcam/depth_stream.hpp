@@ -32,7 +32,7 @@ public:
 
 private:
     void run();
-    void give(const Film::Frame &frame, Light light);
+    void give(const Rounds::Frame &frame, Light light);
 
     const double clock_rate_; ///< of the camera's clock: 1 is CLOCK_MONOTONIC's
     Film &film_;

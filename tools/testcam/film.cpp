@@ -2,13 +2,11 @@
 #include "tools/testcam/film.hpp"
 
 #include "drivers/replay/recording.hpp"
-#include "drivers/replay/replay.hpp"
 #include "drivers/sequence_rig.hpp"
 #include "drivers/synthetic/synthetic.hpp"
 #include "drivers/synthetic/truth.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 namespace afterglow::testcam {
@@ -17,36 +15,21 @@ namespace {
 class RecordedFilm final : public Film {
 public:
     RecordedFilm(Recording recording, double speed)
-        : recording_(std::move(recording)), speed_(speed),
-          round_ns_(std::llround(static_cast<double>(round_length_ns(recording_)) / speed)) {}
+        : recording_(std::move(recording)), rounds_(recording_, speed) {}
 
     const Intrinsics &camera() const override { return recording_.camera; }
     double fps() const override {
         return static_cast<double>(recording_.entries.size()) * 1e9 /
-               static_cast<double>(round_ns_);
+               static_cast<double>(rounds_.length_ns());
     }
-    Frame next(std::int64_t after_ns) const override {
-        const std::int64_t round = after_ns / round_ns_ * round_ns_;
-        const auto &entries = recording_.entries;
-        for (std::uint64_t number = 0; number < entries.size(); ++number)
-            if (const std::int64_t due_ns = round + offset_ns(number); due_ns > after_ns)
-                return {due_ns, number};
-        return {round + round_ns_, 0};
-    }
+    Rounds::Frame next(std::int64_t after_ns) const override { return rounds_.next(after_ns); }
     Status read(std::uint64_t number, ImageView<std::uint16_t> depth) override {
         return read_depth_mm(recording_, number, depth);
     }
 
 private:
-    std::int64_t offset_ns(std::uint64_t number) const {
-        const auto &entries = recording_.entries;
-        return std::llround(
-            static_cast<double>(entries[number].t_color_ns - entries[0].t_color_ns) / speed_);
-    }
-
     const Recording recording_;
-    const double speed_;
-    const std::int64_t round_ns_;
+    const Rounds rounds_;
 };
 
 class SyntheticFilm final : public Film {
@@ -55,7 +38,7 @@ public:
 
     const Intrinsics &camera() const override { return camera_; }
     double fps() const override { return options().fps; }
-    Frame next(std::int64_t after_ns) const override {
+    Rounds::Frame next(std::int64_t after_ns) const override {
         const auto number = static_cast<std::uint64_t>((after_ns - begin_ns_) / period_ns + 1);
         return {begin_ns_ + static_cast<std::int64_t>(number) * period_ns, number};
     }

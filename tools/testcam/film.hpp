@@ -4,6 +4,7 @@
 #include "core/camera.hpp"
 #include "core/image.hpp"
 #include "core/result.hpp"
+#include "drivers/replay/rounds.hpp"
 #include "tools/testcam/settings.hpp"
 
 #include <cstdint>
@@ -19,11 +20,7 @@ public:
     virtual const Intrinsics &camera() const = 0;
     virtual double fps() const = 0;
     /// The first frame that is exposed after `after_ns`, CLOCK_MONOTONIC.
-    struct Frame {
-        std::int64_t due_ns = 0;
-        std::uint64_t number = 0; ///< in the film
-    };
-    virtual Frame next(std::int64_t after_ns) const = 0;
+    virtual Rounds::Frame next(std::int64_t after_ns) const = 0;
     virtual Status read(std::uint64_t number, ImageView<std::uint16_t> depth_mm) = 0;
 };
 
