@@ -14,6 +14,7 @@
 #include <fstream>
 #include <optional>
 #include <sstream>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -131,25 +132,88 @@ private:
     }
 
     void check_drivers(const toml::table &document) {
-        unsigned last = 1;
         for (const char *device : {"color", "tof", "illuminator"}) {
             const auto driver = document[device]["driver"];
             if (driver) {
-                last = driver.node()->source().begin.line;
+                last_driver_line_ = driver.node()->source().begin.line;
                 continue;
             }
             const auto table = document[device];
-            problem(table ? table.node()->source().begin.line : 1, fmt::format("{}.driver", device),
-                    "is missing (one of synthetic, replay)");
+            const std::string name = fmt::format("{}.driver", device);
+            problem(table ? table.node()->source().begin.line : 1, name,
+                    fmt::format("is missing ({})", allowed_for(name)));
         }
         if (!problems_.empty())
             return;
-        if (config_.tof != config_.color || config_.illuminator != config_.color)
-            problem(last, "color.driver, tof.driver, illuminator.driver",
+        check_combination();
+        if (problems_.empty())
+            check_devices();
+    }
+
+    std::string allowed_for(std::string_view name) const {
+        const auto key = std::find_if(keys_.begin(), keys_.end(),
+                                      [&](const Key &candidate) { return candidate.name == name; });
+        return describe(key->field, key->allowed);
+    }
+
+    /// A simulated TOF camera measures what its own colour camera sees, in its own light.
+    void check_combination() {
+        const std::string color = name_of(config_.color.driver);
+        const std::string tof = name_of(config_.tof.driver);
+        const std::string light = name_of(config_.illuminator.driver);
+        const auto is_simulated = [](const std::string &driver) {
+            return driver == "synthetic" || driver == "replay";
+        };
+        if ((is_simulated(tof) || is_simulated(light)) && (tof != light || color != tof))
+            problem(last_driver_line_, "color.driver, tof.driver, illuminator.driver",
                     "must be the same, because synthetic and replay are each one device with "
                     "three faces (all synthetic, or all replay)");
-        else if (config_.color == Driver::replay && config_.replay.path.empty())
-            problem(last, "replay.path", "is missing (the folder of a recording)");
+        else if (light.starts_with("openni2") && tof != "openni2")
+            problem(last_driver_line_, "illuminator.driver",
+                    fmt::format("{} is the light of a TOF camera of the driver openni2", light));
+    }
+
+    /// What the drivers cannot do without.
+    void check_devices() {
+        const auto require = [&](bool given, const char *key, const char *what) {
+            if (!given)
+                problem(last_driver_line_, key, fmt::format("is missing ({})", what));
+        };
+        const auto &[color, tof, light] = std::tie(config_.color, config_.tof, config_.illuminator);
+        require(color.driver != ColorDriver::replay || !config_.replay.path.empty(), "replay.path",
+                "the folder of a recording");
+        if (color.driver == ColorDriver::v4l2 || color.driver == ColorDriver::libcamera) {
+            require(!color.device.empty(), "color.device", "afterglowctl devices lists them");
+            require(color.camera.fx > 0, "color.fx", "the focal length, pixels");
+            require(color.camera.fy > 0, "color.fy", "the focal length, pixels");
+        }
+        require(tof.driver != TofDriver::v4l2 || !tof.device.empty(), "tof.device",
+                "afterglowctl devices lists them");
+        switch (light.driver) {
+        case LightDriver::v4l2_control:
+            require(!light.device.empty(), "illuminator.device", "a video node or subdevice");
+            require(!light.control.empty(), "illuminator.control",
+                    "afterglowctl devices lists them");
+            break;
+        case LightDriver::led:
+            require(!light.device.empty(), "illuminator.device", "a name in /sys/class/leds");
+            break;
+        case LightDriver::gpio:
+            require(!light.device.empty(), "illuminator.device", "a chip, such as gpiochip0");
+            break;
+        default:
+            break;
+        }
+    }
+
+    template <class Driver>
+    std::string name_of(const Driver &driver) const {
+        const auto *place = reinterpret_cast<const unsigned char *>(&driver);
+        for (const Key &key : keys_)
+            if (const auto *field = std::get_if<EnumField>(&key.field);
+                field && field->place == place)
+                return std::string(key.allowed.choices[*place]);
+        return {};
     }
 
     void resolve_paths() {
@@ -162,6 +226,7 @@ private:
     Config config_;
     std::vector<Key> keys_;
     std::vector<Problem> problems_;
+    unsigned last_driver_line_ = 1;
 };
 
 Result<std::string> read_text(const std::string &path) {

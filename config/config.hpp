@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "core/camera.hpp"
 #include "core/estimator_options.hpp"
 #include "core/gate.hpp"
 #include "core/power_model.hpp"
@@ -13,8 +14,21 @@
 
 namespace afterglow {
 
-/// The drivers of this build.
-enum class Driver : std::uint8_t { synthetic, replay };
+/// Who gives images, depth and light. A build may leave out the drivers of real devices.
+enum class ColorDriver : std::uint8_t { synthetic, replay, v4l2, libcamera };
+enum class TofDriver : std::uint8_t { synthetic, replay, v4l2, openni2 };
+enum class LightDriver : std::uint8_t {
+    synthetic,
+    replay,
+    none,
+    v4l2_control,
+    led,
+    gpio,
+    openni2_emitter,
+    openni2_stream,
+};
+/// How an OpenNI2 device wants its emitter's state: devices refuse, or misread, another size.
+enum class EmitterPayload : std::uint8_t { u8, i32, u64 };
 
 /// What afterglowd is told by its configuration file (config/afterglowd.toml explains each key).
 struct Config {
@@ -27,9 +41,41 @@ struct Config {
         bool exit_at_end = false; ///< leave as soon as a recording ends, even while it is read
     } daemon;
 
-    Driver color = Driver::synthetic;
-    Driver tof = Driver::synthetic;
-    Driver illuminator = Driver::synthetic;
+    struct Color {
+        ColorDriver driver = ColorDriver::synthetic;
+        std::string device; ///< for V4L2 a path or name, for libcamera a camera's id
+        Intrinsics camera = {0, 0, 0, 0, 640, 480};
+        double fps = 30;
+        std::string format; ///< V4L2: a FourCC; "" = the cheapest
+    } color;
+
+    struct Tof {
+        TofDriver driver = TofDriver::synthetic;
+        std::string device; ///< for V4L2 a path or name, for OpenNI2 a URI; "" = any
+        double fps = 30;
+        std::string format; ///< V4L2: a FourCC; "" = the first that may be depth
+        double mm_per_unit = 1;
+        int invalid = 0;
+        bool registration = true; ///< OpenNI2: the device maps its depth onto the colour camera
+        double pairing_tolerance_ms = 15;
+        double pairing_wait_ms = 20;
+        double delay_ms = 0;
+        int settling_maps = 10;
+    } tof;
+
+    struct Light {
+        LightDriver driver = LightDriver::synthetic;
+        std::string device;  ///< a video node, a LED or a GPIO chip
+        std::string control; ///< of V4L2
+        int on = 1;
+        int off = 0;
+        std::string off_control;
+        int line = 0; ///< of a GPIO chip
+        bool active_low = false;
+        int property = 0x1080E007; ///< of an OpenNI2 device: PS1080's emitter
+        EmitterPayload payload = EmitterPayload::u64;
+    } illuminator;
+
     ReplayOptions replay;
     SyntheticOptions synthetic;
 

@@ -112,7 +112,12 @@ void CaptureSession::publish(const FrameResult &result) {
     frame.sequence = result.sequence;
     frame.t_ns = result.t_ns;
     frame.illuminated = result.lit;
-    outbox_.frame({ring_.publish(result.estimate, result.luma, frame), damaged_, missed_});
+    FrameEvent event = {ring_.publish(result.estimate, result.luma, frame), damaged_, missed_};
+    if (result.tof == Capture::frame)
+        event.pairing_error_ns = std::chrono::abs(result.pairing_error).count();
+    if (result.wake_latency)
+        event.wake_latency_ns = result.wake_latency->count();
+    outbox_.frame(event);
 }
 
 void CaptureSession::watch_tof(const FrameResult &result, Time now) {
@@ -127,7 +132,7 @@ void CaptureSession::watch_tof(const FrameResult &result, Time now) {
         lit_frames_ = 0;
         break;
     case Capture::none:
-        lit_frames_ = result.lit ? lit_frames_ + 1 : 0;
+        lit_frames_ = result.awaited ? lit_frames_ + 1 : 0;
         if (lit_frames_ <= 1)
             lit_since_ = now;
         if (lit_frames_ >= tof_stall_frames && now - lit_since_ >= tof_stall)

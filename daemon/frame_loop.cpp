@@ -1,25 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/frame_loop.hpp"
 
-#include <algorithm>
-#include <cstdlib>
-
 namespace afterglow {
 namespace {
 
-/// More maps than a driver can have kept while the light was dark.
-constexpr int max_stale_maps = 16;
-
 bool has_size(const Intrinsics &camera, int width, int height) {
     return width == camera.width && height == camera.height;
-}
-
-/// Percent of the pixels that have depth.
-double coverage(const DepthMap &depth) {
-    const auto pixels = depth.pixels();
-    const auto holes = std::count(pixels.begin(), pixels.end(), std::uint16_t{0});
-    return 100.0 * static_cast<double>(static_cast<std::ptrdiff_t>(pixels.size()) - holes) /
-           static_cast<double>(std::max<std::size_t>(pixels.size(), 1));
 }
 
 /// What `work` gives; the time it takes is added to `total`.
@@ -35,10 +21,10 @@ decltype(auto) timed(std::chrono::nanoseconds &total, Work &&work) {
 
 FrameLoop::FrameLoop(Rig &rig, const EstimatorOptions &estimator, const GatePolicy &gate,
                      WorkerPool &pool)
-    : rig_(rig), options_(estimator), policy_(gate), pool_(pool) {
+    : rig_(rig), options_(estimator), policy_(gate), pool_(pool),
+      pairing_(rig.pairing, rig.color->intrinsics()) {
     const Intrinsics &color = rig.color->intrinsics();
     color_.luma = Luma(color.width, color.height);
-    depth_.depth = DepthMap(color.width, color.height);
     gate_.emplace(policy_);
     estimator_.emplace(options_, color, pool_);
 }
@@ -100,10 +86,12 @@ FrameResult FrameLoop::step(std::chrono::nanoseconds timeout) {
     result.estimate = timed(result.estimation_time, [&]() -> const Estimate & {
         return estimator_->track(color_.luma, color_.t_ns);
     });
-    if (gate_->wants_light(result.estimate) && tof_running_)
+    if (gate_->wants_light(result.estimate) && tof_running_) {
         measure(result);
-    else
+    } else {
         set_light(false, result);
+        result.lit = rig_.illuminator->was_lit(color_.t_ns);
+    }
     return result;
 }
 
@@ -121,56 +109,37 @@ bool FrameLoop::is_trusted(FrameResult &result) {
 void FrameLoop::measure(FrameResult &result) {
     if (!set_light(true, result))
         return;
-    result.lit = true;
-    result.tof = read_paired(result);
-    if (result.tof == Capture::lost) {
+    result.awaited = true;
+    result.lit = rig_.illuminator->was_lit(color_.t_ns);
+    result.tof = pairing_.read(*rig_.tof, *rig_.illuminator, color_.t_ns, result.estimate);
+    if (result.tof == Capture::damaged || result.tof == Capture::lost)
+        result.problem = pairing_.problem();
+    if (result.tof == Capture::lost)
         set_light(false, result);
-    } else if (result.tof == Capture::frame) {
-        result.estimate = timed(result.estimation_time, [&]() -> const Estimate & {
-            return estimator_->measure(depth_.depth);
-        });
-        gate_->measured();
-        // Going dark now and not at the next image saves a frame of light; a camera that measures
-        // every frame would only be made to wake again.
-        set_light(gate_->keeps_light(), result);
-    }
-}
-
-Capture FrameLoop::read_paired(FrameResult &result) {
-    const Intrinsics &camera = rig_.color->intrinsics(); // depth is registered to it
-    for (int attempt = 0; attempt < max_stale_maps; ++attempt) {
-        const Capture capture = rig_.tof->read(depth_, std::chrono::nanoseconds(0));
-        if (capture == Capture::damaged || capture == Capture::lost)
-            result.problem = rig_.tof->problem();
-        if (capture != Capture::frame)
-            return capture;
-        if (!has_size(camera, depth_.depth.width(), depth_.depth.height())) {
-            result.problem = "the depth map has not the size of the camera's maps";
-            depth_.depth = DepthMap(camera.width, camera.height);
-            return Capture::damaged;
-        }
-        // Maps of images that have passed are of no use; they only stand before the one that is.
-        const std::int64_t late_by = color_.t_ns - depth_.t_ns;
-        if (late_by > pairing_tolerance.count())
-            continue;
-        if (late_by < -pairing_tolerance.count()) {
-            result.problem = "the depth map belongs to no image";
-            return Capture::damaged;
-        }
-        if (coverage(depth_.depth) < min_measured_coverage) {
-            result.problem = "the depth map is all but empty";
-            return Capture::damaged;
-        }
-        return Capture::frame;
-    }
-    return Capture::none;
+    if (result.tof != Capture::frame)
+        return;
+    result.pairing_error = std::chrono::nanoseconds(pairing_.t_ns() - color_.t_ns);
+    if (asked_ns_)
+        result.wake_latency = std::chrono::nanoseconds(color_.t_ns - *asked_ns_);
+    asked_ns_.reset();
+    result.estimate = timed(result.estimation_time, [&]() -> const Estimate & {
+        return estimator_->measure(pairing_.depth());
+    });
+    gate_->measured();
+    // Going dark now and not at the next image saves a frame of light; a camera that measures
+    // every frame would only be made to wake again.
+    set_light(gate_->keeps_light(), result);
 }
 
 bool FrameLoop::set_light(bool lit, FrameResult &result) {
     if (rig_.illuminator->lit() == lit)
         return true;
     const Status done = rig_.illuminator->set(lit);
-    if (!done) {
+    asked_ns_.reset();
+    if (done && lit) {
+        asked_ns_ = color_.t_ns;
+        pairing_.relit();
+    } else if (!done) {
         light_problem_ = done.error().message;
         result.tof = Capture::lost;
         result.problem = light_problem_;

@@ -3,6 +3,7 @@
 
 #include "core/estimator.hpp"
 #include "core/gate.hpp"
+#include "daemon/depth_pairing.hpp"
 #include "drivers/source.hpp"
 
 #include <chrono>
@@ -12,13 +13,6 @@
 
 namespace afterglow {
 
-/// A depth map belongs to an image taken at most this much earlier or later: less than half a
-/// frame at 30 FPS, and more than the 11 to 15 ms by which a Kinect's two cameras are apart.
-inline constexpr std::chrono::nanoseconds pairing_tolerance = std::chrono::milliseconds(15);
-/// A map with less than this share of its pixels known, percent, is a sensor that has not settled
-/// or sees nothing: not a measurement.
-inline constexpr double min_measured_coverage = 1;
-
 /// What one turn of the loop came to.
 struct FrameResult {
     Capture capture = Capture::none; ///< of the colour source; the rest holds only for `frame`
@@ -26,8 +20,13 @@ struct FrameResult {
     LumaView luma;                   ///< the image; valid until the next turn
     std::int64_t t_ns = 0;           ///< capture time of the image
     std::uint64_t sequence = 0;      ///< the colour source's count
-    bool lit = false;                ///< the illuminator was lit for this image
+    bool lit = false;                ///< the illuminator may have been on when this image was taken
+    bool awaited = false;            ///< it was to be on, so that a measurement could come
     Capture tof = Capture::none;     ///< of the TOF source and its light
+    /// Where `tof` is a frame: when the map was taken, after the image.
+    std::chrono::nanoseconds pairing_error{};
+    /// Where besides the light had to be switched on: from the image that asked to this one.
+    std::optional<std::chrono::nanoseconds> wake_latency;
     std::chrono::nanoseconds estimation_time{}; ///< spent in the estimator
     std::string_view problem; ///< the sentence behind a `damaged` or `lost`; else empty
 };
@@ -66,7 +65,6 @@ private:
     bool is_trusted(FrameResult &result);
     /// Lights the TOF camera and takes the measurement for the current image, if there is one.
     void measure(FrameResult &result);
-    Capture read_paired(FrameResult &result);
     /// An illuminator that does not obey is a lost TOF camera: false, and `result` says so.
     bool set_light(bool lit, FrameResult &result);
 
@@ -76,9 +74,10 @@ private:
     WorkerPool &pool_;
     std::optional<Estimator> estimator_;
     std::optional<Gate> gate_;
+    DepthPairing pairing_;
     ColorFrame color_;
-    DepthFrame depth_;
     std::optional<std::int64_t> last_t_ns_;
+    std::optional<std::int64_t> asked_ns_; ///< capture time of the image that asked for light
     std::string light_problem_;
     bool tof_running_ = false;
 };

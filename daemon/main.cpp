@@ -35,14 +35,6 @@ int fail(const afterglow::Error &error, int code) {
     return code;
 }
 
-int darken(const afterglow::Config &config) {
-    const afterglow::Result<afterglow::Rig> rig = afterglow::open_rig(config);
-    if (!rig)
-        return fail(rig.error(), exit_failure);
-    const afterglow::Status dark = rig->illuminator->set(false);
-    return dark ? exit_clean : fail(dark.error(), exit_failure);
-}
-
 int run(const Arguments &arguments) {
     afterglow::Result<afterglow::Config> config = afterglow::load_config(arguments.config);
     if (!config)
@@ -51,8 +43,10 @@ int run(const Arguments &arguments) {
         fmt::print("{}: good\n", arguments.config);
         return exit_clean;
     }
-    if (arguments.darken)
-        return darken(*config);
+    if (arguments.darken) {
+        const afterglow::Status dark = afterglow::darken(*config);
+        return dark ? exit_clean : fail(dark.error(), exit_failure);
+    }
     if (!arguments.bus.empty())
         config->daemon.bus = arguments.bus;
     const afterglow::Status served = afterglow::serve(*config);

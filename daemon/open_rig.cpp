@@ -1,20 +1,178 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/open_rig.hpp"
 
-#include <cassert>
+#include "daemon/light_switch.hpp"
+#include "drivers/illuminator/illuminators.hpp"
+#ifdef AFTERGLOW_WITH_V4L2
+#include "drivers/v4l2/v4l2.hpp"
+#endif
+#ifdef AFTERGLOW_WITH_OPENNI2
+#include "drivers/openni2/openni2.hpp"
+#endif
+#ifdef AFTERGLOW_WITH_LIBCAMERA
+#include "drivers/libcamera/libcamera_source.hpp"
+#endif
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <utility>
 
 namespace afterglow {
+namespace {
+
+using Light = std::unique_ptr<Illuminator>;
+
+std::chrono::nanoseconds milliseconds(double ms) {
+    return std::chrono::duration_cast<std::chrono::nanoseconds>(
+        std::chrono::duration<double, std::milli>(ms));
+}
+
+[[maybe_unused]] Error left_out(const char *library) {
+    return {fmt::format("this afterglowd was built without {}", library), ENOSYS};
+}
+
+/// The colour source of a rig, of which nobody needs the rest.
+Result<std::unique_ptr<ColorSource>> color_of(Result<Rig> rig) {
+    if (!rig)
+        return rig.error();
+    return std::move(rig->color);
+}
+
+Result<std::unique_ptr<ColorSource>> open_color(const Config &config) {
+    const Config::Color &color = config.color;
+    switch (color.driver) {
+    case ColorDriver::synthetic:
+        return color_of(open_synthetic(config.synthetic));
+    case ColorDriver::replay:
+        return color_of(open_replay(config.replay));
+    case ColorDriver::v4l2:
+#ifdef AFTERGLOW_WITH_V4L2
+        return open_v4l2_color({color.device, color.camera, color.fps, color.format});
+#else
+        return left_out("V4L2");
+#endif
+    case ColorDriver::libcamera:
+        break;
+    }
+#ifdef AFTERGLOW_WITH_LIBCAMERA
+    return open_libcamera({color.device, color.camera, color.fps});
+#else
+    return left_out("libcamera");
+#endif
+}
+
+/// A TOF camera, and the light that is one with it where the configuration says so.
+struct Tof {
+    std::unique_ptr<TofSource> source;
+    Light light;
+};
+
+#ifdef AFTERGLOW_WITH_OPENNI2
+Result<Tof> open_openni2(const Config &config, const Intrinsics &camera) {
+    const bool is_stream = config.illuminator.driver == LightDriver::openni2_stream;
+    const OpenNi2Options options = {config.tof.device, camera, config.tof.fps,
+                                    config.tof.registration, is_stream};
+    const auto device = std::make_shared<OpenNi2Device>(options);
+    Tof tof = {open_openni2_tof(device), nullptr};
+    if (is_stream) {
+        tof.light = open_openni2_stream_light(device);
+    } else if (config.illuminator.driver == LightDriver::openni2_emitter) {
+        const auto size = config.illuminator.payload == EmitterPayload::u8    ? 1
+                          : config.illuminator.payload == EmitterPayload::i32 ? 4
+                                                                              : 8;
+        tof.light = open_openni2_emitter(device, config.illuminator.property, size);
+    }
+    return tof;
+}
+#endif
+
+Result<Tof> open_tof(const Config &config, [[maybe_unused]] const Intrinsics &camera) {
+    if (config.tof.driver == TofDriver::openni2) {
+#ifdef AFTERGLOW_WITH_OPENNI2
+        return open_openni2(config, camera);
+#else
+        return left_out("OpenNI2");
+#endif
+    }
+#ifdef AFTERGLOW_WITH_V4L2
+    const Config::Tof &tof = config.tof;
+    auto source =
+        open_v4l2_tof({tof.device, camera, tof.fps, tof.format, tof.mm_per_unit, tof.invalid});
+    if (!source)
+        return source.error();
+    return Tof{*std::move(source), nullptr};
+#else
+    return left_out("V4L2");
+#endif
+}
+
+/// A light that is no part of the TOF camera.
+Result<Light> open_light(const Config::Light &light) {
+    switch (light.driver) {
+    case LightDriver::v4l2_control:
+#ifdef AFTERGLOW_WITH_V4L2
+        return open_v4l2_control(
+            {light.device, light.control, light.on, light.off, light.off_control});
+#else
+        return left_out("V4L2");
+#endif
+    case LightDriver::led:
+        return open_led({light.device, light.on, light.off});
+    case LightDriver::gpio:
+        return open_gpio({light.device, light.line, light.active_low});
+    default:
+        return open_no_light();
+    }
+}
+
+/// A rig that is one simulated device.
+Result<Rig> open_simulated(const Config &config) {
+    return config.color.driver == ColorDriver::synthetic ? open_synthetic(config.synthetic)
+                                                         : open_replay(config.replay);
+}
+
+bool is_simulated(const Config &config) {
+    return config.tof.driver == TofDriver::synthetic || config.tof.driver == TofDriver::replay;
+}
+
+} // namespace
 
 Result<Rig> open_rig(const Config &config) {
-    // load_config() has refused everything else: both drivers are one device with three faces.
-    assert(config.tof == config.color && config.illuminator == config.color);
-    switch (config.color) {
-    case Driver::synthetic:
-        return open_synthetic(config.synthetic);
-    case Driver::replay:
-        return open_replay(config.replay);
+    if (is_simulated(config))
+        return open_simulated(config);
+    Result<std::unique_ptr<ColorSource>> color = open_color(config);
+    if (!color)
+        return color.error();
+    Result<Tof> tof = open_tof(config, (*color)->intrinsics());
+    if (!tof)
+        return tof.error();
+    if (!tof->light) {
+        Result<Light> light = open_light(config.illuminator);
+        if (!light)
+            return light.error();
+        tof->light = *std::move(light);
     }
-    return Error{"there is no such driver", 0};
+    // What cannot be switched needs no thread for it.
+    if (config.illuminator.driver != LightDriver::none)
+        tof->light = std::make_unique<LightSwitch>(std::move(tof->light));
+    const Pairing pairing = {milliseconds(config.tof.pairing_tolerance_ms),
+                             milliseconds(config.tof.pairing_wait_ms),
+                             milliseconds(config.tof.delay_ms), config.tof.settling_maps};
+    return Rig{*std::move(color), std::move(tof->source), std::move(tof->light), pairing};
+}
+
+Status darken(const Config &config) {
+    if (is_simulated(config))
+        return ok();
+    const bool is_openni2 = config.illuminator.driver == LightDriver::openni2_emitter ||
+                            config.illuminator.driver == LightDriver::openni2_stream;
+    if (is_openni2) {
+        Result<Tof> tof = open_tof(config, config.color.camera);
+        return tof ? tof->light->set(false) : Status(tof.error());
+    }
+    const Result<Light> light = open_light(config.illuminator);
+    return light ? (*light)->set(false) : Status(light.error());
 }
 
 } // namespace afterglow

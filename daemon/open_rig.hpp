@@ -5,9 +5,15 @@
 #include "core/result.hpp"
 #include "drivers/source.hpp"
 
+#include <memory>
+
 namespace afterglow {
 
-/// Opens, and does not start, the devices that the configuration names.
+/// Opens, and does not start, the devices that the configuration names. A real light is switched
+/// by a thread of its own (LightSwitch).
 Result<Rig> open_rig(const Config &config);
+
+/// Switches the configured light off, whoever left it on.
+Status darken(const Config &config);
 
 } // namespace afterglow

@@ -3,6 +3,7 @@
 
 #include <cassert>
 #include <cerrno>
+#include <cmath>
 #include <ctime>
 #include <string>
 #include <utility>
@@ -27,6 +28,8 @@ public:
     void start_color() {
         color_running_ = true;
         start_ns_ = clock_->now_ns();
+        if (playback_.round_ns > 0)
+            start_ns_ = next_round_ns(start_ns_, playback_.round_ns);
         next_ = 0;
         turn_.reset();
         measured_.reset();
@@ -98,7 +101,10 @@ private:
     }
     std::int64_t due_ns(std::uint64_t k) const {
         const std::int64_t t_ns = *sequence_->time_ns(k);
-        return playback_.real_time ? start_ns_ + t_ns - *sequence_->time_ns(0) : t_ns;
+        if (!playback_.real_time)
+            return t_ns;
+        return start_ns_ +
+               std::llround(static_cast<double>(t_ns - *sequence_->time_ns(0)) / playback_.speed);
     }
     /// The TOF camera goes to sleep, or begins to wake.
     void wake() {
@@ -189,6 +195,11 @@ void MonotonicClock::sleep_until(std::int64_t t_ns) {
     until.tv_nsec = t_ns % 1'000'000'000;
     while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
     }
+}
+
+std::int64_t next_round_ns(std::int64_t now_ns, std::int64_t round_ns) {
+    constexpr std::int64_t preparation_ns = 500'000'000;
+    return ((now_ns + preparation_ns) / round_ns + 1) * round_ns;
 }
 
 Rig make_rig(std::unique_ptr<Sequence> sequence, const Playback &playback,

@@ -42,7 +42,14 @@ struct Playback {
     bool real_time = true;       ///< at the sequence's pace; otherwise as fast as images are read
     int wake_latency_frames = 0; ///< images between light on and the first depth map
     int frames = 0;              ///< stop after so many; 0 = all of them
+    double speed = 1;            ///< of real time
+    /// In real time: where it is not 0, image 0 waits until a whole multiple of this on the clock,
+    /// so that others who play the same rounds play the same images at the same time.
+    std::int64_t round_ns = 0;
 };
+
+/// The next whole multiple of `round_ns` after `now_ns`, with time left to get ready for it.
+std::int64_t next_round_ns(std::int64_t now_ns, std::int64_t round_ns);
 
 /// Makes a sequence behave like a camera with a TOF sensor; color, tof and illuminator are faces
 /// of that one device.

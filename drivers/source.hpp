@@ -69,7 +69,24 @@ class Illuminator {
 public:
     virtual ~Illuminator() = default;
     virtual Status set(bool lit) = 0;
+    /// What it was last told.
     virtual bool lit() const = 0;
+    /// Whether what was exposed at `t_ns`, on the clock of frames and not in the future, may have
+    /// had its light. A simulated light is switched in no time, and for the very image that asked.
+    virtual bool was_lit([[maybe_unused]] std::int64_t t_ns) const { return lit(); }
+};
+
+/// How the two cameras' frames go together.
+struct Pairing {
+    /// A depth map belongs to an image taken at most this much earlier or later. The default is
+    /// less than half a frame at 30 FPS, and more than the 11 to 15 ms between a Kinect's cameras.
+    std::chrono::nanoseconds tolerance = std::chrono::milliseconds(15);
+    /// How long an image waits for its map, which may come later, while the light is on.
+    std::chrono::nanoseconds wait = std::chrono::nanoseconds(0);
+    /// How much later than it says, on the images' clock, a map was taken.
+    std::chrono::nanoseconds delay = std::chrono::nanoseconds(0);
+    /// Maps after light on that may be passed over until they have settled.
+    int settling_maps = 0;
 };
 
 /// Everything a daemon captures with. The three may be faces of one device.
@@ -77,6 +94,7 @@ struct Rig {
     std::unique_ptr<ColorSource> color;
     std::unique_ptr<TofSource> tof;
     std::unique_ptr<Illuminator> illuminator;
+    Pairing pairing{};
     /// What the devices cannot give, though one may expect it; empty when all is well.
     std::string warning{};
 };

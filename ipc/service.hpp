@@ -22,6 +22,8 @@ struct FrameEvent {
     afterglow_frame frame;
     std::uint64_t damaged; ///< frames dropped so far because they were unusable
     std::uint64_t missed;  ///< frames that the colour source says were never delivered to us
+    std::int64_t pairing_error_ns = -1; ///< between image and measurement; -1: not measured
+    std::int64_t wake_latency_ns = -1;  ///< of a light that had to go on for it; -1: none
 };
 
 /// Where the bus is: --system, --session or --bus ADDRESS.

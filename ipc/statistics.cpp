@@ -51,6 +51,10 @@ void Statistics::add(const FrameEvent &event) {
     expected_error_ = event.frame.expected_mre;
     coverage_ = event.frame.coverage;
     latency_.add(event.frame.published_ns - event.frame.t_ns);
+    if (event.pairing_error_ns >= 0)
+        pairing_error_.add(event.pairing_error_ns);
+    if (event.wake_latency_ns >= 0)
+        wake_latency_.add(event.wake_latency_ns);
 }
 
 void Statistics::reset() {

@@ -53,6 +53,11 @@ public:
     /// From the capture of an image to the publication of its depth, ns.
     std::uint64_t latency_p50() const { return latency_.percentile(0.50); }
     std::uint64_t latency_p99() const { return latency_.percentile(0.99); }
+    /// Between the capture of an image and that of the measurement taken for it, ns.
+    std::uint64_t pairing_error_p50() const { return pairing_error_.percentile(0.50); }
+    std::uint64_t pairing_error_p99() const { return pairing_error_.percentile(0.99); }
+    /// From the image that asked for light to the first that was measured, ns; 0: not yet known.
+    std::uint64_t wake_latency_p50() const { return wake_latency_.percentile(0.50); }
 
 private:
     PowerModel power_;
@@ -66,6 +71,8 @@ private:
     double expected_error_ = -1;
     double coverage_ = 0;
     DurationHistogram latency_;
+    DurationHistogram pairing_error_;
+    DurationHistogram wake_latency_;
 };
 
 } // namespace afterglow

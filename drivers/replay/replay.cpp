@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <limits>
 #include <string>
 #include <utility>
@@ -22,9 +23,7 @@ class RecordedSequence : public Sequence {
 public:
     RecordedSequence(Recording recording, bool loop) : recording_(std::move(recording)) {
         const auto &entries = recording_.entries;
-        const std::int64_t span = entries.back().t_color_ns - entries.front().t_color_ns;
-        const auto intervals = static_cast<std::int64_t>(entries.size()) - 1;
-        period_ns_ = span + (intervals > 0 ? span / intervals : usual_interval_ns);
+        period_ns_ = round_length_ns(recording_);
         // An untrusted file may say that it took centuries: end before time overflows.
         const std::int64_t last_ns = std::numeric_limits<std::int64_t>::max() / 2;
         if (loop)
@@ -61,9 +60,18 @@ private:
 
 } // namespace
 
+std::int64_t round_length_ns(const Recording &recording) {
+    const auto &entries = recording.entries;
+    const std::int64_t span = entries.back().t_color_ns - entries.front().t_color_ns;
+    const auto intervals = static_cast<std::int64_t>(entries.size()) - 1;
+    return span + (intervals > 0 ? span / intervals : usual_interval_ns);
+}
+
 Result<Rig> open_replay(const ReplayOptions &options) {
     if (options.wake_latency_frames < 0 || options.frames < 0)
         return Error{"replay: wake_latency_frames and frames may not be negative", EINVAL};
+    if (!(options.speed > 0))
+        return Error{"replay: the speed must be more than 0", EINVAL};
     Result<Recording> recording = open_recording(options.path);
     if (!recording)
         return recording.error();
@@ -71,10 +79,13 @@ Result<Rig> open_replay(const ReplayOptions &options) {
     if (recording->skipped > 0)
         warning = fmt::format("{} frames of the recording are left out; the first: {}",
                               recording->skipped, recording->skipped_reason);
+    const double round_ns = static_cast<double>(round_length_ns(*recording)) / options.speed;
     Rig rig = make_rig(std::make_unique<RecordedSequence>(*std::move(recording), options.loop),
                        {.real_time = options.real_time,
                         .wake_latency_frames = options.wake_latency_frames,
-                        .frames = options.frames});
+                        .frames = options.frames,
+                        .speed = options.speed,
+                        .round_ns = options.in_step ? std::llround(round_ns) : 0});
     rig.warning = std::move(warning);
     return rig;
 }

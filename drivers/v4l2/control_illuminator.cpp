@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 #include <linux/videodev2.h>
 
-#include <cctype>
 #include <cerrno>
 #include <charconv>
 #include <optional>
@@ -14,20 +13,6 @@
 
 namespace afterglow {
 namespace {
-
-/// "LED Mode" as v4l2-ctl writes it: "led_mode".
-std::string plain_name(std::string_view name) {
-    std::string plain;
-    for (const char letter : name) {
-        if (std::isalnum(static_cast<unsigned char>(letter)) != 0)
-            plain += static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
-        else if (!plain.empty() && plain.back() != '_')
-            plain += '_';
-    }
-    if (plain.ends_with('_'))
-        plain.pop_back();
-    return plain;
-}
 
 /// "0x009c0901" or a decimal number.
 std::optional<std::uint32_t> number(std::string_view text) {
@@ -47,7 +32,7 @@ Result<v4l2_query_ext_ctrl> find_control(SystemCalls &calls, int fd, const std::
     v4l2_query_ext_ctrl control = {};
     control.id = id ? *id : V4L2_CTRL_FLAG_NEXT_CTRL;
     while (calls.ioctl(fd, VIDIOC_QUERY_EXT_CTRL, &control) == 0) {
-        if (!id && plain_name(control.name) != plain_name(name)) {
+        if (!id && v4l2::plain_name(control.name) != v4l2::plain_name(name)) {
             control.id |= V4L2_CTRL_FLAG_NEXT_CTRL;
             continue;
         }

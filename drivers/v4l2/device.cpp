@@ -5,6 +5,7 @@
 #include <linux/videodev2.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstring>
 
@@ -13,13 +14,6 @@ namespace {
 
 constexpr std::uint32_t big_endian = 1U << 31;
 
-/// A text of the kernel's, which need not end in a zero.
-template <class Byte, std::size_t N>
-std::string_view text(const Byte (&bytes)[N]) {
-    const auto *begin = reinterpret_cast<const char *>(bytes);
-    return {begin, ::strnlen(begin, N)};
-}
-
 bool is_called(SystemCalls &calls, int fd, std::string_view name) {
     v4l2_capability about = {};
     if (calls.ioctl(fd, VIDIOC_QUERYCAP, &about) != 0)
@@ -27,7 +21,7 @@ bool is_called(SystemCalls &calls, int fd, std::string_view name) {
     // A USB camera's metadata node has its bus and card too, but gives no images.
     const std::uint32_t captures = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_VIDEO_CAPTURE_MPLANE;
     return (about.device_caps & captures) != 0 &&
-           (text(about.bus_info) == name || text(about.card) == name);
+           (kernel_text(about.bus_info) == name || kernel_text(about.card) == name);
 }
 
 } // namespace
@@ -57,6 +51,19 @@ std::uint32_t fourcc_from_string(std::string_view name) {
         fourcc |= static_cast<std::uint32_t>(letter) << 8 * i;
     }
     return fourcc;
+}
+
+std::string plain_name(std::string_view control) {
+    std::string plain;
+    for (const char letter : control) {
+        if (std::isalnum(static_cast<unsigned char>(letter)) != 0)
+            plain += static_cast<char>(std::tolower(static_cast<unsigned char>(letter)));
+        else if (!plain.empty() && plain.back() != '_')
+            plain += '_';
+    }
+    if (plain.ends_with('_'))
+        plain.pop_back();
+    return plain;
 }
 
 Result<UniqueFd> open_device(SystemCalls &calls, const std::string &name) {

@@ -5,7 +5,9 @@
 #include "core/unique_fd.hpp"
 #include "drivers/v4l2/system_calls.hpp"
 
+#include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <string>
 #include <string_view>
 
@@ -15,6 +17,16 @@ namespace afterglow::v4l2 {
 std::string to_string(std::uint32_t fourcc);
 /// The code of one to four letters; 0 for any other text. Big-endian formats end in "-BE".
 std::uint32_t fourcc_from_string(std::string_view text);
+
+/// A control's name as v4l2-ctl writes it: "led_mode" for "LED Mode".
+std::string plain_name(std::string_view control);
+
+/// A text of the kernel's, which need not end in a zero.
+template <class Byte, std::size_t N>
+std::string_view kernel_text(const Byte (&bytes)[N]) {
+    const auto *begin = reinterpret_cast<const char *>(bytes);
+    return {begin, ::strnlen(begin, N)};
+}
 
 /// Opens a device by path, by-id or by-path name, bus information or card name. A video node found
 /// by its bus or card is the first of them that captures. Errors keep the errno: ENOENT or ENODEV

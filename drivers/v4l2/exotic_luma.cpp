@@ -43,13 +43,16 @@ public:
                3 / 2),
           from_(describe(layout, layout.fourcc, layout.stride, layout.size)),
           to_(describe(layout, V4L2_PIX_FMT_YUV420, static_cast<std::size_t>(layout.width),
-                       yuv_.size())) {}
+                       yuv_.size())) {
+        source_.reserve(layout.size);
+    }
 
     std::string_view read(std::span<const std::uint8_t> bytes, ImageView<std::uint8_t> luma) {
-        // The library takes what it reads for writable, and leaves it alone.
-        auto *source = const_cast<std::uint8_t *>(bytes.data());
-        if (!converter_ || v4lconvert_convert(converter_.get(), &from_, &to_, source,
-                                              static_cast<int>(bytes.size()), yuv_.data(),
+        // The library may balance Bayer pixels where they lie, and the driver's memory is mapped
+        // for reading only.
+        source_.assign(bytes.begin(), bytes.end());
+        if (!converter_ || v4lconvert_convert(converter_.get(), &from_, &to_, source_.data(),
+                                              static_cast<int>(source_.size()), yuv_.data(),
                                               static_cast<int>(yuv_.size())) < 0)
             return "libv4lconvert cannot read it";
         const auto width = static_cast<std::size_t>(luma.width());
@@ -60,6 +63,7 @@ public:
 
 private:
     Converter converter_;
+    std::vector<std::uint8_t> source_;
     std::vector<std::uint8_t> yuv_;
     v4l2_format from_;
     v4l2_format to_;

@@ -22,26 +22,8 @@ double rate_of(const v4l2_fract &period) {
     return period.numerator == 0 ? 0 : static_cast<double>(period.denominator) / period.numerator;
 }
 
-Result<std::uint32_t> capture_type(SystemCalls &calls, int fd, const std::string &device) {
-    v4l2_capability about = {};
-    if (calls.ioctl(fd, VIDIOC_QUERYCAP, &about) != 0)
-        return device_error(device, "say what it is", errno);
-    const std::uint32_t can =
-        (about.capabilities & V4L2_CAP_DEVICE_CAPS) != 0 ? about.device_caps : about.capabilities;
-    if ((can & V4L2_CAP_STREAMING) != 0 && (can & V4L2_CAP_VIDEO_CAPTURE) != 0)
-        return static_cast<std::uint32_t>(V4L2_BUF_TYPE_VIDEO_CAPTURE);
-    if ((can & V4L2_CAP_STREAMING) != 0 && (can & V4L2_CAP_VIDEO_CAPTURE_MPLANE) != 0)
-        return static_cast<std::uint32_t>(V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE);
-    return Error{fmt::format("'{}' is a video device that captures no images", device), ENODEV};
-}
-
-std::vector<std::uint32_t> formats_of(SystemCalls &calls, int fd, std::uint32_t type) {
-    std::vector<std::uint32_t> formats;
-    v4l2_fmtdesc format = {};
-    format.type = type;
-    for (; calls.ioctl(fd, VIDIOC_ENUM_FMT, &format) == 0; ++format.index)
-        formats.push_back(format.pixelformat);
-    return formats;
+bool is_step(std::uint32_t value, std::uint32_t least, std::uint32_t most, std::uint32_t step) {
+    return value >= least && value <= most && (value - least) % std::max(step, 1U) == 0;
 }
 
 /// Whether frames of the wished-for size exist in this format. A driver that cannot list its
@@ -54,28 +36,13 @@ bool has_size(SystemCalls &calls, int fd, std::uint32_t fourcc, const Wish &wish
     for (; calls.ioctl(fd, VIDIOC_ENUM_FRAMESIZES, &size) == 0; ++size.index) {
         if (size.type != V4L2_FRMSIZE_TYPE_DISCRETE) {
             const v4l2_frmsize_stepwise &range = size.stepwise;
-            return w >= range.min_width && w <= range.max_width && h >= range.min_height &&
-                   h <= range.max_height;
+            return is_step(w, range.min_width, range.max_width, range.step_width) &&
+                   is_step(h, range.min_height, range.max_height, range.step_height);
         }
         if (size.discrete.width == w && size.discrete.height == h)
             return true;
     }
     return size.index == 0;
-}
-
-/// The best rate up to the wished-for one; that itself where the driver cannot list its rates.
-double best_rate(SystemCalls &calls, int fd, std::uint32_t fourcc, const Wish &wish) {
-    v4l2_frmivalenum interval = {};
-    interval.pixel_format = fourcc;
-    interval.width = static_cast<std::uint32_t>(wish.width);
-    interval.height = static_cast<std::uint32_t>(wish.height);
-    double best = 0;
-    for (; calls.ioctl(fd, VIDIOC_ENUM_FRAMEINTERVALS, &interval) == 0; ++interval.index) {
-        if (interval.type != V4L2_FRMIVAL_TYPE_DISCRETE)
-            return std::min(wish.fps, rate_of(interval.stepwise.min));
-        best = std::max(best, rate_of(interval.discrete));
-    }
-    return interval.index == 0 ? wish.fps : std::min(wish.fps, best);
 }
 
 /// 0 where no format will do.
@@ -151,6 +118,42 @@ std::int64_t set_rate(SystemCalls &calls, int fd, std::uint32_t type, double fps
 }
 
 } // namespace
+
+Result<std::uint32_t> capture_type(SystemCalls &calls, int fd, const std::string &device) {
+    v4l2_capability about = {};
+    if (calls.ioctl(fd, VIDIOC_QUERYCAP, &about) != 0)
+        return device_error(device, "say what it is", errno);
+    const std::uint32_t can =
+        (about.capabilities & V4L2_CAP_DEVICE_CAPS) != 0 ? about.device_caps : about.capabilities;
+    if ((can & V4L2_CAP_STREAMING) != 0 && (can & V4L2_CAP_VIDEO_CAPTURE) != 0)
+        return static_cast<std::uint32_t>(V4L2_BUF_TYPE_VIDEO_CAPTURE);
+    if ((can & V4L2_CAP_STREAMING) != 0 && (can & V4L2_CAP_VIDEO_CAPTURE_MPLANE) != 0)
+        return static_cast<std::uint32_t>(V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE);
+    return Error{fmt::format("'{}' is a video device that captures no images", device), ENODEV};
+}
+
+std::vector<std::uint32_t> formats_of(SystemCalls &calls, int fd, std::uint32_t type) {
+    std::vector<std::uint32_t> formats;
+    v4l2_fmtdesc format = {};
+    format.type = type;
+    for (; calls.ioctl(fd, VIDIOC_ENUM_FMT, &format) == 0; ++format.index)
+        formats.push_back(format.pixelformat);
+    return formats;
+}
+
+double best_rate(SystemCalls &calls, int fd, std::uint32_t fourcc, const Wish &wish) {
+    v4l2_frmivalenum interval = {};
+    interval.pixel_format = fourcc;
+    interval.width = static_cast<std::uint32_t>(wish.width);
+    interval.height = static_cast<std::uint32_t>(wish.height);
+    double best = 0;
+    for (; calls.ioctl(fd, VIDIOC_ENUM_FRAMEINTERVALS, &interval) == 0; ++interval.index) {
+        if (interval.type != V4L2_FRMIVAL_TYPE_DISCRETE)
+            return std::min(wish.fps, rate_of(interval.stepwise.min));
+        best = std::max(best, rate_of(interval.discrete));
+    }
+    return interval.index == 0 ? wish.fps : std::min(wish.fps, best);
+}
 
 Result<FrameLayout> negotiate(SystemCalls &calls, int fd, const Wish &wish) {
     const Result<std::uint32_t> type = capture_type(calls, fd, wish.device);

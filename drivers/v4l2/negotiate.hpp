@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace afterglow::v4l2 {
 
@@ -30,6 +31,13 @@ struct FrameLayout {
     std::size_t size = 0;   ///< bytes of a frame at most
     std::int64_t period_ns = 0;
 };
+
+/// How an open device captures: V4L2_BUF_TYPE_VIDEO_CAPTURE, or its _MPLANE. Errors: it does not.
+Result<std::uint32_t> capture_type(SystemCalls &calls, int fd, const std::string &device);
+/// The FourCCs that it lists.
+std::vector<std::uint32_t> formats_of(SystemCalls &calls, int fd, std::uint32_t type);
+/// The best rate up to the wished-for one; that itself where the driver cannot list its rates.
+double best_rate(SystemCalls &calls, int fd, std::uint32_t fourcc, const Wish &wish);
 
 /// Sets format, size and rate of an open device that nobody streams from: the first of the
 /// wished-for formats that the device has at this size and rate; where none is so fast, the

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "afterglow/afterglow.h"
 #include "tests/catch.hpp"
-#include "tests/private_bus.hpp"
-#include "tests/program.hpp"
+#include "tests/served.hpp"
 
 #include <cstdint>
 #include <functional>
@@ -14,35 +13,6 @@ namespace {
 const std::string small_room = "color.driver = \"synthetic\"\ntof.driver = \"synthetic\"\n"
                                "illuminator.driver = \"synthetic\"\n"
                                "[synthetic]\nwidth = 160\nheight = 120\nfps = 100\n";
-
-/// A daemon on a bus of its own.
-struct Served {
-    explicit Served(const std::string &configuration = small_room)
-        : daemon({"afterglowd", "--bus", bus.address(), "--config",
-                  folder.file("a.toml", configuration)}) {
-        while (daemon.runs() && status().code != 0)
-            ::usleep(10'000);
-        INFO(daemon.errors());
-        REQUIRE(daemon.runs());
-    }
-    Ended status() const { return ctl({"status"}); }
-    Ended ctl(std::vector<std::string> arguments) const {
-        arguments.insert(arguments.begin(), {"afterglowctl", "--bus", bus.address()});
-        return run(arguments);
-    }
-    /// Waits until `afterglowctl stats` has such a line.
-    void wait_for(const std::string &name, const std::string &value) {
-        const std::string line = name + std::string(21 - name.size(), ' ') + value + "\n";
-        while (daemon.runs() && ctl({"stats"}).output.find(line) == std::string::npos)
-            ::usleep(10'000);
-        INFO(daemon.errors());
-        REQUIRE(daemon.runs());
-    }
-
-    PrivateBus bus;
-    TemporaryFolder folder;
-    Program daemon;
-};
 
 /// Reads frames until `enough` of them were good; 0, or what went wrong first.
 int read_frames(const std::string &address, int enough) {
@@ -99,7 +69,7 @@ int end_of(pid_t process) {
 
 TEST_CASE(
     "another process reads 100 frames with nothing but the bus, and the daemon stops cleanly") {
-    Served served;
+    Served served(small_room);
     const pid_t reader = in_child([&] { return read_frames(served.bus.address(), 100); });
     CHECK(end_of(reader) == 0);
     served.wait_for("State", "idle");
@@ -110,7 +80,7 @@ TEST_CASE(
 }
 
 TEST_CASE("a reader killed in the middle of a read disturbs nobody") {
-    Served served;
+    Served served(small_room);
     const pid_t victim = in_child([&] { return read_frames(served.bus.address(), 1'000'000); });
     const pid_t survivor = in_child([&] { return read_frames(served.bus.address(), 150); });
     served.wait_for("OpenStreams", "2");
@@ -122,7 +92,7 @@ TEST_CASE("a reader killed in the middle of a read disturbs nobody") {
 }
 
 TEST_CASE("a stopped reader does not keep the daemon from stopping") {
-    Served served;
+    Served served(small_room);
     const pid_t reader = in_child([&] { return read_frames(served.bus.address(), 1'000'000); });
     served.wait_for("OpenStreams", "1");
     ::kill(reader, SIGSTOP);
@@ -133,7 +103,7 @@ TEST_CASE("a stopped reader does not keep the daemon from stopping") {
 }
 
 TEST_CASE("a client changes when the TOF camera is lit") {
-    Served served;
+    Served served(small_room);
     afterglow_stream *stream = nullptr;
     REQUIRE(afterglow_open(served.bus.address().c_str(), &stream) == 0);
     const auto wait_for_source = [&](std::uint32_t source, int in_a_row) {
@@ -158,7 +128,7 @@ TEST_CASE("a client changes when the TOF camera is lit") {
 }
 
 TEST_CASE("afterglowctl shows the daemon, its frames and a picture of the newest") {
-    Served served;
+    Served served(small_room);
     CHECK(served.status().output.find(": idle: nobody reads") != std::string::npos);
 
     CHECK(served.ctl({"mode", "always-on"}).code == 0);
@@ -195,7 +165,7 @@ TEST_CASE("afterglowctl says what is missing") {
 }
 
 TEST_CASE("a second daemon on the same bus leaves with a clear word") {
-    Served served;
+    Served served(small_room);
     const Ended second = run({"afterglowd", "--bus", served.bus.address(), "--config",
                               served.folder.file("b.toml", small_room)});
     CHECK(second.code == 1);
@@ -204,7 +174,7 @@ TEST_CASE("a second daemon on the same bus leaves with a clear word") {
 }
 
 TEST_CASE("a daemon whose bus dies stops with an error") {
-    Served served;
+    Served served(small_room);
     served.bus.stop();
     CHECK(served.daemon.wait() == 1);
     CHECK(served.daemon.errors().find("bus") != std::string::npos);

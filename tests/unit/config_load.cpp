@@ -53,7 +53,7 @@ TEST_CASE("a configuration with only the drivers has every default") {
     const File file(drivers);
     const Result<Config> config = load_config(file.path());
     REQUIRE(config);
-    CHECK(config->color == Driver::synthetic);
+    CHECK(config->color.driver == ColorDriver::synthetic);
     CHECK(config->daemon.ring_slots == 8);
     CHECK(config->estimator.ransac.threshold == 4);
     CHECK(config->gate.mode == GateMode::automatic);
@@ -108,15 +108,66 @@ TEST_CASE("a configuration that cannot be read says why") {
 }
 
 TEST_CASE("an empty configuration misses its three drivers") {
-    CHECK(problems("") == "a.toml:1: color.driver: is missing (one of synthetic, replay)\n"
-                          "a.toml:1: tof.driver: is missing (one of synthetic, replay)\n"
-                          "a.toml:1: illuminator.driver: is missing (one of synthetic, replay)");
+    CHECK(problems("") ==
+          "a.toml:1: color.driver: is missing (one of synthetic, replay, v4l2, libcamera)\n"
+          "a.toml:1: tof.driver: is missing (one of synthetic, replay, v4l2, openni2)\n"
+          "a.toml:1: illuminator.driver: is missing (one of synthetic, replay, none, v4l2-control, "
+          "led, gpio, openni2-emitter, openni2-stream)");
 }
 
 TEST_CASE("an unknown driver is answered with those of this build") {
-    CHECK(problems("color.driver = \"v4l2\"\ntof.driver = \"synthetic\"\n"
+    CHECK(problems("color.driver = \"v4l3\"\ntof.driver = \"synthetic\"\n"
                    "illuminator.driver = \"synthetic\"\n") ==
-          "a.toml:1: color.driver: \"v4l2\" is not allowed (one of synthetic, replay)");
+          "a.toml:1: color.driver: \"v4l3\" is not allowed (one of synthetic, replay, v4l2, "
+          "libcamera)");
+}
+
+TEST_CASE("real cameras are taken with all that they need") {
+    const File file("[color]\ndriver = \"v4l2\"\ndevice = \"cam\"\nfx = 500\nfy = 501\nfps = 60\n"
+                    "[tof]\ndriver = \"openni2\"\npairing_tolerance_ms = 5\n"
+                    "[illuminator]\ndriver = \"openni2-emitter\"\nproperty = 0x12000008\n"
+                    "payload = \"int32\"\n");
+    const Result<Config> config = load_config(file.path());
+    REQUIRE(config);
+    CHECK(config->color.driver == ColorDriver::v4l2);
+    CHECK(config->color.camera == Intrinsics{500, 501, 0, 0, 640, 480});
+    CHECK(config->color.fps == 60);
+    CHECK(config->tof.driver == TofDriver::openni2);
+    CHECK(config->tof.pairing_tolerance_ms == 5);
+    CHECK(config->illuminator.driver == LightDriver::openni2_emitter);
+    CHECK(config->illuminator.property == 0x12000008);
+    CHECK(config->illuminator.payload == EmitterPayload::i32);
+}
+
+TEST_CASE("what a real device cannot do without is asked for") {
+    CHECK(problems("color.driver = \"v4l2\"\ntof.driver = \"v4l2\"\n"
+                   "illuminator.driver = \"v4l2-control\"\n") ==
+          "a.toml:3: color.device: is missing (afterglowctl devices lists them)\n"
+          "a.toml:3: color.fx: is missing (the focal length, pixels)\n"
+          "a.toml:3: color.fy: is missing (the focal length, pixels)\n"
+          "a.toml:3: tof.device: is missing (afterglowctl devices lists them)\n"
+          "a.toml:3: illuminator.device: is missing (a video node or subdevice)\n"
+          "a.toml:3: illuminator.control: is missing (afterglowctl devices lists them)");
+    CHECK(problems("color.driver = \"synthetic\"\ntof.driver = \"openni2\"\n"
+                   "illuminator.driver = \"led\"\n") ==
+          "a.toml:3: illuminator.device: is missing (a name in /sys/class/leds)");
+    CHECK(problems("color.driver = \"synthetic\"\ntof.driver = \"v4l2\"\ntof.device = \"cam\"\n"
+                   "illuminator.driver = \"openni2-stream\"\n") ==
+          "a.toml:4: illuminator.driver: openni2-stream is the light of a TOF camera of the driver "
+          "openni2");
+}
+
+TEST_CASE("images of a recording go with depth of a real camera, but not the other way round") {
+    const std::string folder = "replay.path = \"room\"\n";
+    CHECK(problems(folder + "color.driver = \"replay\"\ntof.driver = \"openni2\"\n"
+                            "illuminator.driver = \"none\"\n")
+              .empty());
+    CHECK(problems(folder + "color.driver = \"v4l2\"\ntof.driver = \"replay\"\n"
+                            "illuminator.driver = \"replay\"\n")
+              .find("must be the same") != std::string::npos);
+    CHECK(problems(folder + "color.driver = \"replay\"\ntof.driver = \"openni2\"\n"
+                            "illuminator.driver = \"replay\"\n")
+              .find("must be the same") != std::string::npos);
 }
 
 TEST_CASE("devices that are one cannot be mixed") {

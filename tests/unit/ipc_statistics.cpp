@@ -91,3 +91,18 @@ TEST_CASE("a reset starts every count anew and keeps what is of the last frame",
     CHECK(statistics.damaged() == 1);
     CHECK(statistics.missed() == 2);
 }
+
+TEST_CASE("pairing errors and wake latencies are of the measurements that came") {
+    Statistics statistics;
+    statistics.add(event_of(AFTERGLOW_ESTIMATED, false));
+    CHECK(statistics.pairing_error_p99() == 0);
+    CHECK(statistics.wake_latency_p50() == 0);
+    FrameEvent measured = event_of(AFTERGLOW_MEASURED, true);
+    measured.pairing_error_ns = 3'000'000;
+    measured.wake_latency_ns = 99'000'000;
+    statistics.add(measured);
+    statistics.add(event_of(AFTERGLOW_ESTIMATED, false));
+    CHECK(static_cast<double>(statistics.pairing_error_p50()) == Approx(3e6).epsilon(0.03));
+    CHECK(static_cast<double>(statistics.pairing_error_p99()) == Approx(3e6).epsilon(0.03));
+    CHECK(static_cast<double>(statistics.wake_latency_p50()) == Approx(99e6).epsilon(0.03));
+}

@@ -21,4 +21,12 @@ Status snapshot(const std::string &bus, const std::string &path);
 /// Shows the mode, or sets it when `name` is not empty.
 Status change_mode(const std::string &bus, const std::string &name);
 
+// Without a daemon:
+
+/// What is there, and what each can do.
+Status show_devices();
+/// Writes a first configuration for it: to a file that is not there yet, or to stdout where `path`
+/// is empty.
+Status probe(const std::string &path);
+
 } // namespace afterglow

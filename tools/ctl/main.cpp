@@ -58,6 +58,11 @@ int main(int argc, char **argv) {
     auto *set = app.add_subcommand("mode", "show or set when the TOF camera is lit");
     set->add_option("name", mode, "auto, always-on, interval or off")->type_name("NAME");
     set->callback([&] { command = [&] { return afterglow::change_mode(bus, mode); }; });
+    app.add_subcommand("devices", "cameras and lights that are there, and what each can do")
+        ->callback([&] { command = [] { return afterglow::show_devices(); }; });
+    auto *probe = app.add_subcommand("probe", "a first configuration for them");
+    probe->add_option("file", path, "where to write it; stdout if not given")->type_name("FILE");
+    probe->callback([&] { command = [&] { return afterglow::probe(path); }; });
     app.footer("Exit status: 0 done; 1 the daemon or the system refused; 2 wrong usage.");
 
     try {

@@ -97,6 +97,10 @@ Status show_status(const std::string &bus) {
     fmt::print("  coverage  {:.1f} % of the last frame\n", number(p, "Coverage"));
     if (const double error = number(p, "ExpectedError"); error >= 0)
         fmt::print("  error     {:.2f} % expected in the last frame\n", error);
+    if (const double wake = number(p, "WakeLatency"); wake > 0)
+        fmt::print("  wake      {:.0f} ms from asking for light to depth\n", wake * 1e-6);
+    if (const double apart = number(p, "PairingErrorP99"); apart > 0)
+        fmt::print("  pairing   depth taken within {:.1f} ms of its image\n", apart * 1e-6);
     fmt::print("  latency   {:.1f} ms from image to depth, 99 % within {:.1f} ms\n",
                number(p, "LatencyP50") * 1e-6, number(p, "LatencyP99") * 1e-6);
     return ok();

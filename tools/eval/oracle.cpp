@@ -119,7 +119,7 @@ FrameResult OracleLoop::step(std::chrono::nanoseconds timeout) {
 /// Reads the map measured for the current image, past any that came too late for its own.
 bool OracleLoop::read_paired() {
     while (footage_.rig.tof->read(depth_, std::chrono::nanoseconds(0)) == Capture::frame)
-        if (std::abs(color_.t_ns - depth_.t_ns) <= pairing_tolerance.count())
+        if (std::abs(color_.t_ns - depth_.t_ns) <= Pairing().tolerance.count())
             return true;
     return false;
 }

@@ -40,13 +40,85 @@ load_vivid() {
     udevadm settle
 }
 
-# plug_in PORT SERIAL: a USB camera; its faults are lines written to the file SERIAL.fifo.
+# plug_in PORT SERIAL: a USB camera, which shows the recording $film if there is one; its faults are lines written to the file SERIAL.fifo.
 plug_in() {
     modprobe -a vhci_hcd uvcvideo
     [ -p "$2.fifo" ] || mkfifo "$2.fifo"
-    uvc_camera "$1" "$2" "$2.fifo" &
+    uvc_camera "$1" "$2" "$2.fifo" ${film:+"$film"} &
     until_true 20 test -e "$(by_id "$2")"
 }
 fault() { echo "$2" >"$1.fifo"; }
 # The stable name of a camera's video node.
 by_id() { echo "/dev/v4l/by-id/usb-Afterglow_Test_Camera_$1-video-index0"; }
+
+# run_daemon [KEY=VALUE...]: afterglowd on a bus of its own, with colour from the camera $camera and
+# depth from afterglow-testcam, which plays the recording `room`; the log is the file daemon.log.
+# Frames are measured one in five unless a line for the configuration says otherwise.
+run_daemon() {
+    export LD_LIBRARY_PATH=/vm/lib:/vm/lib/testcam
+    export AFTERGLOW_TESTCAM_RECORDING=$PWD/room AFTERGLOW_TESTCAM_LOG=$PWD/emitter
+    export AFTERGLOW_TESTCAM_COMMANDS=$PWD/testcam.fifo
+    [ -p testcam.fifo ] || mkfifo testcam.fifo
+    local fx fy cx cy width height rest
+    read -r fx fy cx cy width height rest < <(grep -v '^#' room/camera.txt)
+    cat >daemon.toml <<TOML
+[color]
+driver = "${color_driver:-v4l2}"
+device = "$camera"
+width = $width
+height = $height
+fx = $fx
+fy = $fy
+cx = $cx
+cy = $cy
+fps = 5
+[tof]
+driver = "openni2"
+settling_maps = 0
+pairing_wait_ms = 100
+[illuminator]
+driver = "openni2-emitter"
+[gate]
+mode = "interval"
+interval_frames = 5
+[daemon]
+workers = 1
+TOML
+    cat >bus.conf <<XML
+<busconfig><type>session</type><listen>unix:path=$PWD/bus</listen><auth>EXTERNAL</auth>
+<policy context="default"><allow send_destination="*" eavesdrop="true"/><allow eavesdrop="true"/>
+<allow own="*"/></policy></busconfig>
+XML
+    bus=unix:path=$PWD/bus
+    [ -S bus ] || dbus-daemon --config-file=bus.conf --fork
+    afterglowd --bus "$bus" --config daemon.toml 2>daemon.log &
+    daemon=$!
+    until_true 30 afterglowctl --bus "$bus" status
+}
+state_is() { [ "$(statistic State)" = "$1" ]; }
+statistic() { afterglowctl --bus "$bus" stats | awk -v name="$1" '$1 == name { print $2 }'; }
+
+# as_offline LATENCY: what watch_depth has read (frames.log, published/) is what afterglow-eval
+# publishes for the same frames of a TOF camera that wakes within so many, pixel for pixel; and the
+# emitter was off whenever a frame says so.
+as_offline() {
+    local first
+    first=$(cat published/first)
+    mkdir -p played
+    cp -r room/rgb room/depth room/camera.txt played
+    # The recording as it was seen: from its frame `first`, and on from its beginning.
+    grep -v '^#' room/associations.txt >lines
+    { tail -n +$((first + 1)) lines; head -n "$first" lines; } |
+        awk '{ t = sprintf("%.6f", 1 + 0.2 * (NR - 1)); print t, $2, t, $4 }' >played/associations.txt
+    afterglow-eval run played --dump offline --wake-latency "$1" --set gate.mode=interval \
+        --set gate.interval_frames=5 >eval.log
+    for map in published/*.png; do
+        cmp "$map" "offline/$(basename "$map")" || { cat frames.log daemon.log; fail "as offline"; }
+    done
+    awk 'NR == FNR { if ($2 == "on") from[++n] = $1; if ($2 == "off") to[n] = $1; next }
+         $3 == 0 { for (i = 1; i <= n; ++i)
+                       if ($4 >= from[i] && (!to[i] || $4 < to[i])) { print "lit:", $0; wrong = 1 } }
+         $2 == 1 { ++measured }
+         END { exit wrong || measured < 3 }' emitter frames.log ||
+        { cat emitter frames.log; fail "the emitter is off when frames say so"; }
+}

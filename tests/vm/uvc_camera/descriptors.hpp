@@ -21,9 +21,10 @@ struct UvcSize {
 inline constexpr std::array uvc_formats = {UvcFormat{{'Y', '8', '0', '0'}, 1},
                                            UvcFormat{{'Y', 'U', 'Y', '2'}, 2},
                                            UvcFormat{{'Z', '1', '6', ' '}, 2}};
-inline constexpr std::array uvc_sizes = {UvcSize{640, 480}, UvcSize{320, 240}};
+inline constexpr std::array uvc_sizes = {UvcSize{640, 480}, UvcSize{320, 240}, UvcSize{160, 120}};
 /// Of every format and size; 100 ns.
-inline constexpr std::array<std::uint32_t, 3> uvc_intervals = {166'666, 333'333, 666'666};
+inline constexpr std::array<std::uint32_t, 4> uvc_intervals = {166'666, 333'333, 666'666,
+                                                               2'000'000};
 
 /// The three alternate settings of the streaming interface: no bandwidth, 8 and 24 MB a second.
 inline constexpr std::array<std::uint32_t, 3> packet_bytes = {0, 1024, 3072};

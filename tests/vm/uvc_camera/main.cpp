@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// uvc_camera PORT SERIAL FIFO: a UVC camera in user space, plugged into a port of vhci_hcd, so that
-// the kernel's own uvcvideo drives it. Lines written to the FIFO make things go wrong:
+// uvc_camera PORT SERIAL FIFO [RECORDING]: a UVC camera in user space, plugged into a port of
+// vhci_hcd, so that the kernel's own uvcvideo drives it. It shows a test pattern, or a recording in
+// step with afterglow-testcam. Lines written to the FIFO make things go wrong:
 //
 //     bad N | short N | drop N | eproto N    the next N frames (or packets)
 //     stall MS | freeze | go                 nothing is sent
 //     unplug                                 the program ends, and the camera is gone
+#include "drivers/image_file.hpp"
+#include "drivers/replay/recording.hpp"
 #include "tests/vm/uvc_camera/controls.hpp"
 #include "tests/vm/uvc_camera/payload.hpp"
 #include "tests/vm/uvc_camera/usbip.hpp"
@@ -18,6 +21,7 @@
 #include <ctime>
 #include <deque>
 #include <fcntl.h>
+#include <memory>
 #include <poll.h>
 #include <sstream>
 #include <string>
@@ -37,8 +41,8 @@ std::int64_t now_ns() {
 
 class Camera {
 public:
-    Camera(UsbipPort port, std::string serial)
-        : port_(std::move(port)), controls_(std::move(serial)) {}
+    Camera(UsbipPort port, std::string serial, std::unique_ptr<Film> film)
+        : port_(std::move(port)), controls_(std::move(serial)), stream_(std::move(film)) {}
 
     int fd() const { return port_.fd(); }
 
@@ -138,7 +142,33 @@ private:
     std::vector<std::uint8_t> data_;
 };
 
-int run(int port_number, const char *serial, const char *fifo) {
+/// A recording's images, read ahead.
+class RecordedFilm final : public Film {
+public:
+    static std::unique_ptr<Film> open(const char *folder) {
+        const Result<Recording> recording = open_recording(folder);
+        if (!recording) {
+            std::fprintf(stderr, "uvc_camera: %s\n", recording.error().message.c_str());
+            std::exit(1);
+        }
+        return std::make_unique<RecordedFilm>(*recording);
+    }
+    explicit RecordedFilm(const Recording &recording) : rounds_(recording) {
+        for (const Recording::Entry &entry : recording.entries) {
+            images_.emplace_back(recording.camera.width, recording.camera.height);
+            if (!read_luma(entry.color_path, images_.back()))
+                std::exit(1);
+        }
+    }
+    Rounds::Frame next(std::int64_t t_ns) const override { return rounds_.next(t_ns); }
+    const Luma &image(std::uint64_t number) const override { return images_[number]; }
+
+private:
+    const Rounds rounds_;
+    std::vector<Luma> images_;
+};
+
+int run(int port_number, const char *serial, const char *fifo, std::unique_ptr<Film> film) {
     // Opened for writing too, so that it never ends.
     const UniqueFd commands(::open(fifo, O_RDWR | O_CLOEXEC));
     std::optional<UsbipPort> port = UsbipPort::plug_in(port_number);
@@ -146,7 +176,7 @@ int run(int port_number, const char *serial, const char *fifo) {
         std::perror("uvc_camera");
         return 1;
     }
-    Camera camera(std::move(*port), serial);
+    Camera camera(std::move(*port), serial, std::move(film));
 
     const UniqueFd timer(::timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC | TFD_NONBLOCK));
     const itimerspec tick = {{0, 2'000'000}, {0, 2'000'000}};
@@ -178,9 +208,11 @@ int run(int port_number, const char *serial, const char *fifo) {
 } // namespace afterglow::vm
 
 int main(int argc, char **argv) {
-    if (argc != 4) {
-        std::fprintf(stderr, "usage: uvc_camera PORT SERIAL FIFO\n");
+    using namespace afterglow::vm;
+    if (argc != 4 && argc != 5) {
+        std::fprintf(stderr, "usage: uvc_camera PORT SERIAL FIFO [RECORDING]\n");
         return 2;
     }
-    return afterglow::vm::run(std::atoi(argv[1]), argv[2], argv[3]);
+    return run(std::atoi(argv[1]), argv[2], argv[3],
+               argc == 5 ? RecordedFilm::open(argv[4]) : nullptr);
 }

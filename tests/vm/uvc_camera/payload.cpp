@@ -48,16 +48,18 @@ std::size_t PayloadStream::fill(std::span<std::uint8_t> packet, std::int64_t t_n
 
 bool PayloadStream::begin_frame(std::int64_t t_ns) {
     if (next_ns_ == 0 || t_ns > next_ns_ + long_pause_ns)
-        next_ns_ = t_ns;
+        begin_interval(film_ ? t_ns : t_ns - std::int64_t{choice_.interval} * 100);
     if (t_ns < next_ns_)
         return false;
-    next_ns_ += std::int64_t{choice_.interval} * 100;
     ++index_;
-    if (faults.dropped_frames > 0) {
+    const bool is_dropped = faults.dropped_frames > 0;
+    if (is_dropped)
         --faults.dropped_frames;
+    else
+        draw();
+    begin_interval(next_ns_);
+    if (is_dropped)
         return false;
-    }
-    draw();
     sent_ = 0;
     size_ = frame_.size();
     toggle_ ^= 1;
@@ -70,6 +72,20 @@ bool PayloadStream::begin_frame(std::int64_t t_ns) {
     return true;
 }
 
+/// When the next image is due, after one at `t_ns`.
+void PayloadStream::begin_interval(std::int64_t t_ns) {
+    next_ns_ = t_ns + std::int64_t{choice_.interval} * 100;
+    if (film_) {
+        const Rounds::Frame frame = film_->next(t_ns);
+        next_ns_ = frame.due_ns;
+        film_image_ = frame.number;
+    }
+}
+
+std::uint8_t PayloadStream::luma(int u, int v) const {
+    return film_ ? film_->image(film_image_)(u, v) : pattern(index_, v);
+}
+
 void PayloadStream::draw() {
     const UvcSize &size = uvc_sizes[choice_.size];
     const std::size_t step = uvc_formats[choice_.format].bytes_per_pixel;
@@ -77,7 +93,7 @@ void PayloadStream::draw() {
     frame_.assign(row * size.height, other_byte);
     for (int v = 0; v < size.height; ++v) {
         for (std::size_t u = 0; u < row; u += step)
-            frame_[static_cast<std::size_t>(v) * row + u] = pattern(index_, v);
+            frame_[static_cast<std::size_t>(v) * row + u] = luma(static_cast<int>(u / step), v);
     }
 }
 

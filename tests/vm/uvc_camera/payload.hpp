@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "core/image.hpp"
+#include "drivers/replay/rounds.hpp"
 #include "tests/vm/uvc_camera/controls.hpp"
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace afterglow::vm {
@@ -20,11 +24,22 @@ struct Faults {
     std::int64_t stalled_until_ns = 0;
 };
 
-/// Cuts the images of a test pattern (test_pattern.hpp) into the packets of a UVC stream.
+/// Images to send in place of a test pattern, of one of the camera's sizes.
+class Film {
+public:
+    virtual ~Film() = default;
+    /// The first image that is due after `t_ns`, CLOCK_MONOTONIC.
+    virtual Rounds::Frame next(std::int64_t t_ns) const = 0;
+    virtual const Luma &image(std::uint64_t number) const = 0;
+};
+
+/// Cuts the images of a test pattern (test_pattern.hpp), or of a film, into the packets of a UVC
+/// stream.
 class PayloadStream {
 public:
     Faults faults;
 
+    explicit PayloadStream(std::unique_ptr<Film> film) : film_(std::move(film)) {}
     /// Begins anew; the count of images goes on, as a sensor's does.
     void start(const StreamChoice &choice);
     /// Writes what the camera sends in the packet at time `t_ns`; returns how many bytes, 0 where
@@ -33,8 +48,12 @@ public:
 
 private:
     bool begin_frame(std::int64_t t_ns);
+    void begin_interval(std::int64_t t_ns);
+    std::uint8_t luma(int u, int v) const;
     void draw();
 
+    std::unique_ptr<Film> film_;   ///< or none
+    std::uint64_t film_image_ = 0; ///< that is next
     StreamChoice choice_;
     std::vector<std::uint8_t> frame_;
     std::size_t sent_ = 0;

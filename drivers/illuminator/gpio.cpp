@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/unique_fd.hpp"
+#include "drivers/illuminator/illuminators.hpp"
+
+#include <fmt/format.h>
+#include <linux/gpio.h>
+#include <sys/ioctl.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <utility>
+
+namespace afterglow {
+namespace {
+
+Error refusal(const GpioOptions &options, const char *doing, int code) {
+    return {fmt::format("line {} of the GPIO chip '{}' cannot be {}: {}", options.line,
+                        options.chip, doing, std::strerror(code)),
+            code};
+}
+
+class Gpio final : public Illuminator {
+public:
+    Gpio(GpioOptions options, UniqueFd line)
+        : options_(std::move(options)), line_(std::move(line)) {}
+    ~Gpio() override { static_cast<void>(set(false)); }
+
+    Status set(bool lit) override {
+        gpio_v2_line_values values = {};
+        values.mask = 1;
+        values.bits = lit ? 1 : 0;
+        if (::ioctl(line_.get(), GPIO_V2_LINE_SET_VALUES_IOCTL, &values) != 0)
+            return refusal(options_, "set", errno);
+        lit_ = lit;
+        return ok();
+    }
+    bool lit() const override { return lit_; }
+
+private:
+    const GpioOptions options_;
+    UniqueFd line_;
+    bool lit_ = false;
+};
+
+} // namespace
+
+Result<std::unique_ptr<Illuminator>> open_gpio(const GpioOptions &options) {
+    const std::string path = options.chip.starts_with('/') ? options.chip : "/dev/" + options.chip;
+    const UniqueFd chip(::open(path.c_str(), O_RDWR | O_CLOEXEC));
+    if (!chip)
+        return refusal(options, "opened", errno);
+    gpio_v2_line_request request = {};
+    request.offsets[0] = static_cast<__u32>(options.line);
+    request.num_lines = 1;
+    std::strncpy(request.consumer, "afterglow", sizeof request.consumer - 1);
+    // An output is 0, which is dark, until it is set.
+    request.config.flags =
+        GPIO_V2_LINE_FLAG_OUTPUT | (options.active_low ? GPIO_V2_LINE_FLAG_ACTIVE_LOW : 0);
+    if (::ioctl(chip.get(), GPIO_V2_GET_LINE_IOCTL, &request) != 0)
+        return refusal(options, "had", errno);
+    return std::unique_ptr<Illuminator>(std::make_unique<Gpio>(options, UniqueFd(request.fd)));
+}
+
+} // namespace afterglow

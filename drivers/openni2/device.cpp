@@ -1,0 +1,257 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/device_clock.hpp"
+#include "drivers/openni2/depth_mode.hpp"
+#include "drivers/openni2/library.hpp"
+#include "drivers/openni2/openni2.hpp"
+
+#include <fmt/format.h>
+
+#include <OpenNI.h>
+#include <algorithm>
+#include <atomic>
+#include <cerrno>
+#include <cstdint>
+#include <mutex>
+#include <utility>
+
+namespace afterglow {
+
+namespace {
+
+std::int64_t now_ns() {
+    return std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// Copies a frame's pixels as millimetres. False if it is not of the camera's size.
+bool copy_depth(const openni::VideoFrameRef &frame, DepthMap &depth) {
+    if (frame.getWidth() != depth.width() || frame.getHeight() != depth.height() ||
+        !openni2::is_depth(frame.getVideoMode()) || frame.getStrideInBytes() < 2 * depth.width() ||
+        frame.getDataSize() < frame.getStrideInBytes() * (depth.height() - 1) + 2 * depth.width())
+        return false;
+    const int units = openni2::units_per_mm(frame.getVideoMode());
+    const auto *row = static_cast<const std::uint8_t *>(frame.getData());
+    for (int v = 0; v < depth.height(); ++v, row += frame.getStrideInBytes()) {
+        const auto *from = reinterpret_cast<const std::uint16_t *>(row);
+        if (units == 1)
+            std::copy_n(from, depth.width(), depth.row(v));
+        else
+            std::transform(from, from + depth.width(), depth.row(v), [&](std::uint16_t value) {
+                return static_cast<std::uint16_t>((value + units / 2) / units);
+            });
+    }
+    return true;
+}
+
+} // namespace
+
+struct OpenNi2Device::Impl : openni::OpenNI::DeviceDisconnectedListener {
+    explicit Impl(OpenNi2Options wanted) : options(std::move(wanted)) {}
+
+    std::string name() const { return options.uri.empty() ? "any" : options.uri; }
+    Error refused(const char *what) const {
+        return openni2::library_error(
+            fmt::format("the OpenNI2 device '{}' cannot {}", name(), what).c_str());
+    }
+    Status open();
+    Status open_stream();
+    void close();
+    Status set_emitter(bool lit);
+    Capture lost(std::string_view why);
+    void onDeviceDisconnected(const openni::DeviceInfo *info) override;
+
+    const OpenNi2Options options;
+    bool listens = false; ///< to the library
+
+    /// Held while the device is opened, closed or told about its light.
+    std::mutex device_mutex;
+    openni::Device device;
+    bool is_open = false;
+    int emitter_property = 0; ///< 0: the light is not the emitter's
+    int emitter_size = 0;
+
+    /// Held while a frame is awaited and taken, and while the stream is started or stopped: a
+    /// stream that ends between the two makes the library wait for ever.
+    std::mutex stream_mutex;
+    openni::VideoStream stream;
+    bool streaming = false;
+
+    /// The library's own thread says so.
+    std::mutex uri_mutex;
+    std::string open_uri;
+    std::atomic<bool> gone = false;
+
+    DeviceClock clock;
+    std::string problem;
+};
+
+Status OpenNi2Device::Impl::open() {
+    if (Status loaded = openni2::load_library(); !loaded)
+        return loaded;
+    if (!listens)
+        openni::OpenNI::addDeviceDisconnectedListener(this);
+    listens = true;
+    gone = false;
+    if (device.open(options.uri.empty() ? openni::ANY_DEVICE : options.uri.c_str()) !=
+        openni::STATUS_OK)
+        return refused("be opened");
+    {
+        const std::lock_guard lock(uri_mutex);
+        open_uri = device.getDeviceInfo().getUri();
+    }
+    clock = DeviceClock();
+    is_open = true;
+    return open_stream();
+}
+
+Status OpenNi2Device::Impl::open_stream() {
+    if (options.registration) {
+        if (!device.isImageRegistrationModeSupported(openni::IMAGE_REGISTRATION_DEPTH_TO_COLOR))
+            return Error{fmt::format("the OpenNI2 device '{}' cannot register its depth to its "
+                                     "colour camera (registration = false takes it as it is)",
+                                     name()),
+                         ENOTSUP};
+        if (device.setImageRegistrationMode(openni::IMAGE_REGISTRATION_DEPTH_TO_COLOR) !=
+            openni::STATUS_OK)
+            return refused("register its depth to its colour camera");
+    }
+    if (stream.create(device, openni::SENSOR_DEPTH) != openni::STATUS_OK)
+        return refused("give depth");
+    const auto mode =
+        openni2::choose_mode(stream.getSensorInfo().getSupportedVideoModes(), options);
+    if (!mode)
+        return Error{fmt::format("the OpenNI2 device '{}' has no depth of {}x{}", name(),
+                                 options.camera.width, options.camera.height),
+                     EINVAL};
+    if (stream.setVideoMode(*mode) != openni::STATUS_OK && !device.isFile())
+        return refused("be set to its own mode");
+    if (stream.isPropertySupported(openni::STREAM_PROPERTY_MIRRORING) &&
+        stream.setMirroringEnabled(false) != openni::STATUS_OK && !device.isFile())
+        return refused("leave its depth unmirrored");
+    return ok();
+}
+
+void OpenNi2Device::Impl::close() {
+    const std::lock_guard lock(stream_mutex);
+    streaming = false;
+    stream.destroy();
+    device.close();
+    is_open = false;
+}
+
+Status OpenNi2Device::Impl::set_emitter(bool lit) {
+    const std::uint64_t value = lit ? 1 : 0; // little-endian: the first bytes are the value
+    if (device.setProperty(emitter_property, &value, emitter_size) != openni::STATUS_OK)
+        return refused("switch its emitter");
+    return ok();
+}
+
+Capture OpenNi2Device::Impl::lost(std::string_view why) {
+    problem = fmt::format("the OpenNI2 device '{}' {}", name(), why);
+    return Capture::lost;
+}
+
+void OpenNi2Device::Impl::onDeviceDisconnected(const openni::DeviceInfo *info) {
+    const std::lock_guard lock(uri_mutex);
+    if (open_uri == info->getUri())
+        gone = true;
+}
+
+OpenNi2Device::OpenNi2Device(OpenNi2Options options)
+    : impl_(std::make_unique<Impl>(std::move(options))) {}
+
+OpenNi2Device::~OpenNi2Device() {
+    stop();
+    if (impl_->listens)
+        openni::OpenNI::removeDeviceDisconnectedListener(impl_.get());
+}
+
+const Intrinsics &OpenNi2Device::intrinsics() const {
+    return impl_->options.camera;
+}
+
+const std::string &OpenNi2Device::problem() const {
+    return impl_->problem;
+}
+
+Status OpenNi2Device::start() {
+    const std::lock_guard lock(impl_->device_mutex);
+    if (impl_->is_open)
+        impl_->close();
+    Status opened = impl_->open();
+    if (opened && !impl_->options.stream_is_light) {
+        if (impl_->stream.start() != openni::STATUS_OK)
+            opened = impl_->refused("stream");
+        impl_->streaming = static_cast<bool>(opened);
+        // Devices light their emitter when they begin to stream.
+        if (opened && impl_->emitter_property != 0)
+            opened = impl_->set_emitter(false);
+    }
+    if (!opened && impl_->is_open)
+        impl_->close();
+    return opened;
+}
+
+void OpenNi2Device::stop() {
+    const std::lock_guard lock(impl_->device_mutex);
+    if (!impl_->is_open)
+        return;
+    // A device that keeps its emitter's state is left dark; one that has gone cannot be told.
+    if (impl_->emitter_property != 0 && !impl_->gone)
+        static_cast<void>(impl_->set_emitter(false));
+    impl_->close();
+}
+
+Capture OpenNi2Device::read(DepthFrame &frame, std::chrono::nanoseconds timeout) {
+    Impl &it = *impl_;
+    if (it.gone)
+        return it.lost("was unplugged");
+    const std::unique_lock lock(it.stream_mutex, std::try_to_lock);
+    if (!lock.owns_lock() || !it.streaming)
+        return Capture::none;
+    openni::VideoStream *stream = &it.stream;
+    int ready = 0;
+    const auto ms = std::chrono::ceil<std::chrono::milliseconds>(timeout).count();
+    const openni::Status waited =
+        openni::OpenNI::waitForAnyStream(&stream, 1, &ready, static_cast<int>(ms));
+    if (waited == openni::STATUS_TIME_OUT)
+        return Capture::none;
+    openni::VideoFrameRef depth;
+    if (waited != openni::STATUS_OK || it.stream.readFrame(&depth) != openni::STATUS_OK)
+        return it.lost("stopped");
+    const std::int64_t arrival_ns = now_ns();
+    if (!copy_depth(depth, frame.depth)) {
+        it.problem = fmt::format("a frame of the OpenNI2 device '{}' is dropped: it is not as the "
+                                 "device was told",
+                                 it.name());
+        return Capture::damaged;
+    }
+    frame.t_ns =
+        it.clock.to_monotonic(static_cast<std::int64_t>(depth.getTimestamp()) * 1'000, arrival_ns);
+    frame.sequence = static_cast<std::uint64_t>(depth.getFrameIndex());
+    return Capture::frame;
+}
+
+Status OpenNi2Device::set_emitter(int property, int size, bool lit) {
+    const std::lock_guard lock(impl_->device_mutex);
+    impl_->emitter_property = property;
+    impl_->emitter_size = size;
+    if (!impl_->is_open || impl_->gone)
+        return lit ? Status(Error{"the OpenNI2 device with the light is not there", ENODEV}) : ok();
+    return impl_->set_emitter(lit);
+}
+
+Status OpenNi2Device::set_streaming(bool running) {
+    const std::lock_guard lock(impl_->device_mutex);
+    if (!impl_->is_open || impl_->gone)
+        return running ? Status(Error{"the OpenNI2 device with the light is not there", ENODEV})
+                       : ok();
+    const std::lock_guard stream_lock(impl_->stream_mutex);
+    if (running && impl_->stream.start() != openni::STATUS_OK)
+        return impl_->refused("stream");
+    if (!running)
+        impl_->stream.stop();
+    impl_->streaming = running;
+    return ok();
+}
+
+} // namespace afterglow

@@ -1,0 +1,303 @@
+// SPDX-License-Identifier: Apache-2.0
+// The unmodified daemon on an OpenNI2 device: afterglow-testcam plays the depth of a recording in
+// step with the images that the driver "replay" plays.
+#include "afterglow/afterglow.h"
+#include "drivers/image_file.hpp"
+#include "drivers/replay/recording.hpp"
+#include "drivers/replay/write_recording.hpp"
+#include "drivers/synthetic/truth.hpp"
+#include "tests/catch.hpp"
+#include "tests/served.hpp"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+#include <cstdint>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+using namespace afterglow;
+
+namespace {
+
+constexpr int frames = 24;
+constexpr int every = 6; ///< of them is measured
+
+/// A recording of the synthetic room, at its usual rate or slower.
+struct Room {
+    explicit Room(std::int64_t period_ns = 33'333'333) : path(folder.path() + "/room") {
+        SyntheticOptions options;
+        options.width = 160;
+        options.height = 120;
+        SyntheticTruth truth(options);
+        Result<RecordingWriter> writer = RecordingWriter::create(path, truth.intrinsics());
+        REQUIRE(writer);
+        for (std::uint64_t k = 0; k < frames; ++k) {
+            maps.push_back(truth.depth(k));
+            REQUIRE(
+                writer->add(static_cast<std::int64_t>(k) * period_ns, truth.luma(k), maps.back()));
+        }
+    }
+
+    TemporaryFolder folder;
+    std::string path;
+    std::vector<DepthMap> maps;
+};
+
+/// The environment of a test camera, until the test is over.
+class Testcam {
+public:
+    Testcam(const Room &room, double speed, std::map<std::string, std::string> settings = {}) {
+        settings["RECORDING"] = room.path;
+        settings["SPEED"] = std::to_string(speed);
+        settings["LOG"] = log_path();
+        settings["COMMANDS"] = folder_.path() + "/commands";
+        REQUIRE(::mkfifo(settings["COMMANDS"].c_str(), 0600) == 0);
+        ::setenv("LD_LIBRARY_PATH", AFTERGLOW_BIN_DIR "/../lib/testcam", 1);
+        for (const auto &[name, value] : settings) {
+            names_.push_back("AFTERGLOW_TESTCAM_" + name);
+            ::setenv(names_.back().c_str(), value.c_str(), 1);
+        }
+    }
+    ~Testcam() {
+        for (const std::string &name : names_)
+            ::unsetenv(name.c_str());
+        ::unsetenv("LD_LIBRARY_PATH");
+    }
+    Testcam(const Testcam &) = delete;
+    Testcam &operator=(const Testcam &) = delete;
+
+    void command(const std::string &line) const {
+        std::ofstream(folder_.path() + "/commands") << line << std::endl;
+    }
+
+    /// What the emitter's log says.
+    struct Log {
+        std::vector<std::pair<std::int64_t, std::int64_t>> lit; ///< from, to; ns
+        std::vector<std::uint64_t> maps;                        ///< numbers in the recording
+
+        bool was_lit(std::int64_t t_ns) const {
+            for (const auto &[from, to] : lit)
+                if (t_ns >= from && t_ns < to)
+                    return true;
+            return false;
+        }
+    };
+    Log log() const {
+        constexpr std::int64_t never = std::int64_t{1} << 62;
+        Log log;
+        std::ifstream file(log_path());
+        for (std::string line; std::getline(file, line);) {
+            std::istringstream words(line);
+            std::int64_t t_ns = 0;
+            std::string what;
+            std::uint64_t number = 0;
+            words >> t_ns >> what >> number;
+            if (what == "on")
+                log.lit.emplace_back(t_ns, never);
+            else if (what == "off" && !log.lit.empty())
+                log.lit.back().second = t_ns;
+            else if (what == "map")
+                log.maps.push_back(number);
+        }
+        return log;
+    }
+
+private:
+    std::string log_path() const { return folder_.path() + "/log"; }
+
+    TemporaryFolder folder_;
+    std::vector<std::string> names_;
+};
+
+std::string configuration(const Room &room, double speed, const std::string &light,
+                          const std::string &more) {
+    return fmt::format("[color]\ndriver = \"replay\"\n"
+                       "[replay]\npath = \"{}\"\nspeed = {}\nin_step = true\nloop = {}\n"
+                       "[illuminator]\ndriver = \"{}\"\n"
+                       "[gate]\nmode = \"interval\"\ninterval_frames = {}\n"
+                       "[daemon]\nring_slots = 64\n"
+                       "[tof]\ndriver = \"openni2\"\npairing_wait_ms = 100\n{}",
+                       room.path, speed, more.find("loops") != std::string::npos, light, every,
+                       more);
+}
+
+struct Published {
+    afterglow_frame frame = {};
+    DepthMap depth;
+};
+
+/// Reads what a daemon publishes until the recording is over.
+std::vector<Published> read_all(Served &served, const Room &room) {
+    afterglow_stream *stream = nullptr;
+    REQUIRE(afterglow_open(served.bus.address().c_str(), &stream) == 0);
+    served.wait_for("State", "stopped");
+    std::vector<Published> published;
+    for (std::uint64_t index = 0; index < frames; ++index) {
+        Published one;
+        one.depth = DepthMap(room.maps[0].width(), room.maps[0].height());
+        const afterglow_buffer want = {AFTERGLOW_PLANE_DEPTH, one.depth.pixels().data(),
+                                       2 * one.depth.pixels().size()};
+        if (afterglow_read(stream, index, &one.frame, &want, 1) == 0)
+            published.push_back(std::move(one));
+    }
+    afterglow_close(stream);
+    CHECK(served.daemon.wait() == 0);
+    return published;
+}
+
+/// The maps of `afterglow-eval run --dump` with a TOF camera that wakes within a frame.
+std::vector<DepthMap> offline(const Room &room) {
+    const std::string dump = room.folder.path() + "/dump";
+    const Ended ended =
+        run({"afterglow-eval", "run", room.path, "--dump", dump, "--wake-latency", "1", "--set",
+             "gate.mode=interval", "--set", fmt::format("gate.interval_frames={}", every)});
+    INFO(ended.errors);
+    REQUIRE(ended.code == 0);
+    std::vector<DepthMap> maps;
+    for (int k = 0; k < frames; ++k) {
+        maps.emplace_back(room.maps[0].width(), room.maps[0].height());
+        REQUIRE(read_grey16(fmt::format("{}/{:06}.png", dump, k), maps.back()));
+    }
+    return maps;
+}
+
+bool is_same(const std::vector<Published> &published, const std::vector<DepthMap> &maps) {
+    if (published.size() != maps.size())
+        return false;
+    for (std::size_t k = 0; k < maps.size(); ++k)
+        if (published[k].frame.sequence != k || published[k].depth != maps[k])
+            return false;
+    return true;
+}
+
+} // namespace
+
+TEST_CASE("depth of an OpenNI2 device is published as offline, pixel for pixel, and its emitter is "
+          "off whenever the daemon says so") {
+    const Room room(200'000'000);
+    const std::vector<DepthMap> expected = offline(room);
+    // A machine too busy to keep this pace drops frames, and then measures others: so five tries.
+    std::vector<Published> published;
+    for (int attempt = 0; attempt < 5 && !is_same(published, expected); ++attempt) {
+        const Testcam testcam(room, 1);
+        Served served(configuration(room, 1, "openni2-emitter", "settling_maps = 0\n"));
+        published = read_all(served, room);
+        INFO(served.daemon.errors());
+
+        const Testcam::Log log = testcam.log();
+        CHECK_FALSE(published.empty());
+        for (const Published &one : published) {
+            INFO("frame " << one.frame.sequence);
+            CHECK((one.frame.illuminated != 0 || !log.was_lit(one.frame.t_ns)));
+            const bool has_map = std::count(log.maps.begin(), log.maps.end(), one.frame.sequence);
+            CHECK((one.frame.illuminated != 0 || !has_map));
+            if (one.frame.source == AFTERGLOW_MEASURED) {
+                CHECK(has_map);
+                CHECK(one.depth == room.maps[one.frame.sequence]);
+            }
+        }
+        for (const auto &[from, to] : log.lit)
+            CHECK(to < std::int64_t{1} << 62); // dark at the end
+    }
+    CHECK(is_same(published, expected));
+}
+
+TEST_CASE("maps of an emitter that has not settled are dropped, and its waking is measured") {
+    const Room room;
+    const double speed = 0.5;
+    const Testcam testcam(room, speed, {{"WAKE_MS", "130"}, {"SETTLING_MAPS", "2"}});
+    Served served(configuration(room, speed, "openni2-emitter", "# loops\n"));
+    afterglow_stream *stream = nullptr;
+    REQUIRE(afterglow_open(served.bus.address().c_str(), &stream) == 0);
+    DepthMap depth(room.maps[0].width(), room.maps[0].height());
+    const afterglow_buffer want = {AFTERGLOW_PLANE_DEPTH, depth.pixels().data(),
+                                   2 * depth.pixels().size()};
+    for (int measured = 0; measured < 3;) {
+        afterglow_frame frame = {};
+        INFO(served.daemon.errors());
+        REQUIRE(afterglow_wait(stream, 60'000) == 0);
+        if (afterglow_read_latest(stream, &frame, &want, 1) != 0 ||
+            frame.source != AFTERGLOW_MEASURED)
+            continue;
+        ++measured;
+        CHECK(depth == room.maps[frame.sequence % frames]);
+        CHECK(frame.illuminated == 1);
+    }
+    CHECK(served.value("WakeLatency") >= 130e6);
+    CHECK(served.value("PairingErrorP99") <= 15e6);
+    afterglow_close(stream);
+    served.wait_for("State", "idle");
+    served.daemon.signal(SIGTERM);
+    CHECK(served.daemon.wait() == 0);
+    const Testcam::Log log = testcam.log();
+    CHECK(log.maps.size() >= 3 * 3); // two spoilt ones before each
+    REQUIRE_FALSE(log.lit.empty());
+    CHECK(log.lit.back().second < std::int64_t{1} << 62);
+}
+
+TEST_CASE("an OpenNI2 device that is unplugged is named, and used again when it is back") {
+    const Room room;
+    const Testcam testcam(room, 1);
+    Served served(configuration(room, 1, "openni2-emitter", "# loops\n"));
+    afterglow_stream *stream = nullptr;
+    REQUIRE(afterglow_open(served.bus.address().c_str(), &stream) == 0);
+    CHECK(served.ctl({"mode", "always-on"}).code == 0);
+    served.wait_for("State", "running");
+    testcam.command("unplug");
+    served.wait_for("State", "tof-lost");
+    CHECK(served.daemon.errors().find("was unplugged") != std::string::npos);
+    testcam.command("plug");
+    served.wait_for("State", "running");
+    afterglow_close(stream);
+}
+
+TEST_CASE("the stream of an OpenNI2 device can be its light") {
+    const Room room;
+    const Testcam testcam(room, 1);
+    Served served(configuration(room, 1, "openni2-stream", "# loops\n"));
+    afterglow_stream *stream = nullptr;
+    REQUIRE(afterglow_open(served.bus.address().c_str(), &stream) == 0);
+    while (served.daemon.runs() && served.value("FramesMeasured") < 3)
+        ::usleep(20'000);
+    INFO(served.daemon.errors());
+    REQUIRE(served.daemon.runs());
+    afterglow_close(stream);
+    served.wait_for("State", "idle");
+    CHECK(testcam.log().lit.size() >= 3);
+}
+
+TEST_CASE("without a device the daemon waits for one, and says so") {
+    const Room room;
+    const Testcam testcam(room, 1, {{"PLUGGED", "0"}});
+    Served served(configuration(room, 1, "openni2-emitter", "# loops\n"));
+    afterglow_stream *stream = nullptr;
+    REQUIRE(afterglow_open(served.bus.address().c_str(), &stream) == 0);
+    served.wait_for("State", "tof-lost");
+    CHECK(served.value("FramesMeasured") == 0);
+    testcam.command("plug");
+    served.wait_for("State", "running");
+    afterglow_close(stream);
+}
+
+TEST_CASE("afterglowctl lists an OpenNI2 device and its lights, and writes over no file") {
+    const Room room;
+    const Testcam testcam(room, 1);
+    const Ended devices = run({"afterglowctl", "devices"});
+    CHECK(devices.code == 0);
+    CHECK(devices.output.find("device = \"testcam://0\"\n    gives 160x120 at 30, 1 mm") !=
+          std::string::npos);
+    CHECK(devices.output.find("driver = \"openni2-emitter\"") != std::string::npos);
+
+    const std::string kept = room.folder.file("kept.toml", "mine");
+    const Ended refused = run({"afterglowctl", "probe", kept});
+    CHECK(refused.code == 1);
+    std::string content;
+    std::ifstream(kept) >> content;
+    CHECK(content == "mine");
+}

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/light_switch.hpp"
+#include "tests/catch.hpp"
+
+#include <atomic>
+#include <chrono>
+#include <memory>
+#include <semaphore>
+
+using namespace afterglow;
+using namespace std::chrono_literals;
+
+namespace {
+
+std::int64_t now_ns() {
+    return std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// A light whose every switching waits until the test lets it happen, or makes it fail.
+struct SlowLamp {
+    std::counting_semaphore<> begun{0};
+    std::counting_semaphore<> may_end{0};
+    std::atomic<bool> fails = false;
+    std::atomic<bool> on = false;
+    std::atomic<int> switched = 0;
+    std::atomic<bool> destroyed = false;
+
+    void let() {
+        begun.acquire();
+        may_end.release();
+    }
+};
+
+class SlowLight final : public Illuminator {
+public:
+    explicit SlowLight(SlowLamp &lamp) : lamp_(lamp) {}
+    ~SlowLight() override {
+        lamp_.on = false;
+        lamp_.destroyed = true;
+    }
+    Status set(bool lit) override {
+        lamp_.begun.release();
+        lamp_.may_end.acquire();
+        ++lamp_.switched;
+        if (lamp_.fails)
+            return Error{"the lamp is stuck", 0};
+        lamp_.on = lit;
+        return ok();
+    }
+    bool lit() const override { return lamp_.on; }
+
+private:
+    SlowLamp &lamp_;
+};
+
+template <class Condition>
+void wait_until(Condition condition) {
+    while (!condition())
+        std::this_thread::sleep_for(1ms);
+}
+
+} // namespace
+
+TEST_CASE("a light is switched while the one who asked goes on", "[tsan]") {
+    SlowLamp lamp;
+    LightSwitch light(std::make_unique<SlowLight>(lamp));
+    CHECK_FALSE(light.lit());
+    CHECK(light.set(true)); // returns, though the lamp does not
+    CHECK(light.lit());
+    lamp.let();
+    wait_until([&] { return lamp.on.load(); });
+    CHECK(light.set(false));
+    CHECK_FALSE(light.lit());
+    CHECK(lamp.on);
+    lamp.let();
+    wait_until([&] { return !lamp.on; });
+}
+
+TEST_CASE("what was exposed from the order to light to the end of the darkening was lit",
+          "[tsan]") {
+    SlowLamp lamp;
+    LightSwitch light(std::make_unique<SlowLight>(lamp));
+    const std::int64_t before = now_ns();
+    CHECK(light.set(true));
+    const std::int64_t ordered = now_ns();
+    lamp.let();
+    wait_until([&] { return lamp.on.load(); });
+    CHECK(light.set(false));
+    lamp.begun.acquire();
+    const std::int64_t darkening = now_ns();
+    CHECK(light.was_lit(darkening)); // it may still be lit
+    lamp.may_end.release();
+    wait_until([&] { return !light.was_lit(now_ns()); });
+    CHECK_FALSE(light.was_lit(before));
+    CHECK(light.was_lit(ordered));
+    CHECK(light.was_lit(darkening));
+}
+
+TEST_CASE("an order that fails is told at the next one, and can be given again", "[tsan]") {
+    SlowLamp lamp;
+    LightSwitch light(std::make_unique<SlowLight>(lamp));
+    lamp.fails = true;
+    CHECK(light.set(true));
+    lamp.let();
+    wait_until([&] { return !light.lit(); });
+    const Status told = light.set(true);
+    REQUIRE_FALSE(told);
+    CHECK(told.error().message == "the lamp is stuck");
+    CHECK_FALSE(light.was_lit(now_ns()));
+    lamp.fails = false;
+    CHECK(light.set(true));
+    lamp.let();
+    wait_until([&] { return lamp.on.load(); });
+
+    lamp.fails = true;
+    CHECK(light.set(false));
+    lamp.let();
+    wait_until([&] { return light.lit(); });
+    CHECK_FALSE(light.set(false));
+    CHECK(light.was_lit(now_ns())); // as far as anybody knows
+    lamp.fails = false;
+    CHECK(light.set(false));
+    lamp.let();
+    wait_until([&] { return !light.was_lit(now_ns()); });
+}
+
+TEST_CASE("an order that is overtaken by its opposite leaves no trace", "[tsan]") {
+    SlowLamp lamp;
+    LightSwitch light(std::make_unique<SlowLight>(lamp));
+    CHECK(light.set(true));
+    lamp.begun.acquire(); // it is being lit
+    CHECK(light.set(false));
+    CHECK(light.set(true));
+    CHECK(light.set(false));
+    lamp.may_end.release();
+    lamp.let(); // the last order
+    wait_until([&] { return !light.was_lit(now_ns()); });
+    CHECK_FALSE(lamp.on);
+    CHECK(lamp.switched == 2);
+}
+
+TEST_CASE("a light switch that is destroyed leaves the light dark", "[tsan]") {
+    SlowLamp lamp;
+    {
+        LightSwitch light(std::make_unique<SlowLight>(lamp));
+        CHECK(light.set(true));
+        lamp.let();
+        wait_until([&] { return lamp.on.load(); });
+    }
+    CHECK_FALSE(lamp.on);
+    CHECK(lamp.destroyed);
+}

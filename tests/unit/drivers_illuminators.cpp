@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/illuminator/illuminators.hpp"
+#include "tests/catch.hpp"
+#include "tests/program.hpp"
+
+#include <cerrno>
+#include <fstream>
+#include <string>
+
+using namespace afterglow;
+
+namespace {
+
+/// A folder as /sys/class/leds, with one LED of brightness 0 to 255.
+struct Leds {
+    Leds() {
+        std::filesystem::create_directory(folder.path() + "/tof");
+        folder.file("tof/brightness", "7");
+        folder.file("tof/max_brightness", "255\n");
+    }
+    int brightness() const {
+        int value = -1;
+        std::ifstream(folder.path() + "/tof/brightness") >> value;
+        return value;
+    }
+    LedOptions options(int on = 2) const { return {"tof", on, 0, folder.path()}; }
+
+    TemporaryFolder folder;
+};
+
+} // namespace
+
+TEST_CASE("a LED is dark when opened, obeys, and is dark when destroyed") {
+    const Leds leds;
+    {
+        const auto led = open_led(leds.options());
+        REQUIRE(led);
+        CHECK(leds.brightness() == 0);
+        CHECK_FALSE((*led)->lit());
+        CHECK((*led)->set(true));
+        CHECK((*led)->lit());
+        CHECK(leds.brightness() == 2);
+    }
+    CHECK(leds.brightness() == 0);
+}
+
+TEST_CASE("a LED that is not there, or not so bright, is refused") {
+    const Leds leds;
+    LedOptions options = leds.options(256);
+    const auto bright = open_led(options);
+    REQUIRE_FALSE(bright);
+    CHECK(bright.error().message ==
+          "the brightness of the LED 'tof' goes from 0 to 255, not to 256");
+    options.name = "torch";
+    const auto missing = open_led(options);
+    REQUIRE_FALSE(missing);
+    CHECK(missing.error().code == ENOENT);
+    CHECK(missing.error().message.find("'torch'") != std::string::npos);
+}
+
+TEST_CASE("a GPIO chip that is not there, or is none, is refused") {
+    const auto missing = open_gpio({"gpiochip987", 1, false});
+    REQUIRE_FALSE(missing);
+    CHECK(missing.error().code == ENOENT);
+    const auto other = open_gpio({"/dev/null", 1, false});
+    REQUIRE_FALSE(other);
+    CHECK(other.error().message.find("line 1 of the GPIO chip '/dev/null'") == 0);
+}
+
+TEST_CASE("of a light that cannot be switched every frame has the light") {
+    const auto light = open_no_light();
+    CHECK(light->was_lit(0));
+    CHECK(light->set(true));
+    CHECK(light->lit());
+    CHECK(light->set(false));
+    CHECK_FALSE(light->lit());
+    CHECK(light->was_lit(0));
+}

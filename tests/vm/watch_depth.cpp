@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+// watch_depth BUS RECORDING FRAMES [DIR]: reads what a daemon publishes whose cameras play a
+// recording, and holds it against that. A line for each frame:
+//
+//     NUMBER SOURCE ILLUMINATED T_NS     its number in the recording, or -1: no image of it
+//
+// Fails if an image is not one of the recording, or a measured map not that of its image. With DIR
+// depth is written there as 000000.png and so on, and the number of the first frame as DIR/first.
+#include "afterglow/afterglow.h"
+#include "drivers/image_file.hpp"
+#include "drivers/replay/recording.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <string>
+#include <vector>
+
+namespace {
+
+using namespace afterglow;
+
+/// All images and maps of a recording.
+struct Film {
+    explicit Film(const Recording &recording) {
+        for (std::size_t k = 0; k < recording.entries.size(); ++k) {
+            images.emplace_back(recording.camera.width, recording.camera.height);
+            maps.emplace_back(recording.camera.width, recording.camera.height);
+            if (!read_luma(recording.entries[k].color_path, images.back()) ||
+                !read_depth_mm(recording, k, maps.back()))
+                std::exit(2);
+        }
+    }
+    int number_of(const Luma &image) const {
+        const auto at = std::find(images.begin(), images.end(), image);
+        return at == images.end() ? -1 : static_cast<int>(at - images.begin());
+    }
+
+    std::vector<Luma> images;
+    std::vector<DepthMap> maps;
+};
+
+struct Seen {
+    afterglow_frame frame = {};
+    Luma luma;
+    DepthMap depth;
+};
+
+/// The next frame, in order; false when there is none any more.
+bool read_next(afterglow_stream *stream, bool first, Seen &seen) {
+    const afterglow_buffer want[] = {
+        {AFTERGLOW_PLANE_LUMA, seen.luma.pixels().data(), seen.luma.pixels().size()},
+        {AFTERGLOW_PLANE_DEPTH, seen.depth.pixels().data(), 2 * seen.depth.pixels().size()}};
+    for (;;) {
+        const int read = first ? afterglow_read_latest(stream, &seen.frame, want, 2)
+                               : afterglow_read(stream, seen.frame.index + 1, &seen.frame, want, 2);
+        if (read == 0)
+            return true;
+        if (read != -EAGAIN || afterglow_wait(stream, 60'000) != 0)
+            return false;
+    }
+}
+
+int watch(const char *bus, const Recording &recording, int frames, const std::string &folder) {
+    const Film film(recording);
+    afterglow_stream *stream = nullptr;
+    if (const int error = afterglow_open(bus, &stream); error != 0) {
+        fmt::print(stderr, "watch_depth: {}\n", afterglow_strerror(error));
+        return 1;
+    }
+    Seen seen;
+    seen.luma = Luma(recording.camera.width, recording.camera.height);
+    seen.depth = DepthMap(recording.camera.width, recording.camera.height);
+    bool good = true;
+    for (int count = 0; count < frames; ++count) {
+        if (!read_next(stream, count == 0, seen)) {
+            fmt::print("the stream has ended\n");
+            return 1;
+        }
+        const int number = film.number_of(seen.luma);
+        fmt::print("{} {} {} {}\n", number, seen.frame.source, seen.frame.illuminated,
+                   seen.frame.t_ns);
+        std::fflush(stdout);
+        good &= number >= 0 && (seen.frame.source != AFTERGLOW_MEASURED ||
+                                seen.depth == film.maps[static_cast<std::size_t>(number)]);
+        if (folder.empty())
+            continue;
+        if (count == 0)
+            std::ofstream(folder + "/first") << number << "\n";
+        if (!write_png(fmt::format("{}/{:06}.png", folder, count), seen.depth.view()))
+            return 1;
+    }
+    afterglow_close(stream);
+    return good ? 0 : 1;
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+    if (argc != 4 && argc != 5) {
+        std::fprintf(stderr, "usage: watch_depth BUS RECORDING FRAMES [DIR]\n");
+        return 2;
+    }
+    const Result<Recording> recording = open_recording(argv[2]);
+    return recording ? watch(argv[1], *recording, std::atoi(argv[3]), argc == 5 ? argv[4] : "") : 2;
+}

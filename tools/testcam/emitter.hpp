@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "tools/testcam/settings.hpp"
+
+#include <cstdint>
+#include <fstream>
+#include <mutex>
+#include <optional>
+#include <string>
+
+namespace afterglow::testcam {
+
+/// What a map measures.
+enum class Light { dark, settling, good };
+
+/// The emitter: lit while it is switched on and the camera streams. Its log has a line for each
+/// change, and for each map: "TIME on", "TIME off", "TIME map SEQUENCE"; CLOCK_MONOTONIC, ns.
+///
+/// Any thread.
+class Emitter {
+public:
+    explicit Emitter(const Settings &settings);
+
+    /// As real ones, it is on unless it was told otherwise.
+    void set_on(bool on);
+    void set_streaming(bool streaming);
+    /// What the map is like that was exposed at `t_ns`, the next one; and notes it.
+    Light expose(std::int64_t t_ns, std::uint64_t sequence);
+
+private:
+    void update();
+    void note(std::int64_t t_ns, const std::string &what);
+
+    const std::int64_t wake_ns_;
+    const int settling_maps_;
+    std::mutex mutex_;
+    bool on_ = true;
+    bool streaming_ = false;
+    std::optional<std::int64_t> lit_since_ns_;
+    int maps_since_lit_ = 0;
+    std::ofstream log_;
+};
+
+/// CLOCK_MONOTONIC.
+std::int64_t now_ns();
+
+} // namespace afterglow::testcam

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+// afterglow-feed DEVICE RECORDING: plays the images of a recording into a v4l2loopback device, as
+// GREY, in step with an afterglow-testcam that plays its depth. Until it is stopped.
+#include "core/unique_fd.hpp"
+#include "drivers/image_file.hpp"
+#include "drivers/replay/recording.hpp"
+#include "drivers/replay/rounds.hpp"
+#include "drivers/sequence_rig.hpp"
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <linux/videodev2.h>
+#include <sys/ioctl.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <string>
+#include <unistd.h>
+
+namespace afterglow {
+namespace {
+
+Error refusal(const std::string &device, const char *doing) {
+    return {fmt::format("{}: {}: {}", device, doing, std::strerror(errno)), errno};
+}
+
+Result<UniqueFd> open_output(const std::string &device, const Intrinsics &camera) {
+    UniqueFd fd(::open(device.c_str(), O_RDWR | O_CLOEXEC));
+    if (!fd)
+        return refusal(device, "cannot be opened");
+    v4l2_format format = {};
+    format.type = V4L2_BUF_TYPE_VIDEO_OUTPUT;
+    format.fmt.pix.width = static_cast<std::uint32_t>(camera.width);
+    format.fmt.pix.height = static_cast<std::uint32_t>(camera.height);
+    format.fmt.pix.pixelformat = V4L2_PIX_FMT_GREY;
+    format.fmt.pix.field = V4L2_FIELD_NONE;
+    format.fmt.pix.bytesperline = format.fmt.pix.width;
+    format.fmt.pix.sizeimage = format.fmt.pix.width * format.fmt.pix.height;
+    if (::ioctl(fd.get(), VIDIOC_S_FMT, &format) != 0)
+        return refusal(device, "takes no images");
+    return fd;
+}
+
+Status feed(const std::string &device, const std::string &folder, double speed) {
+    const Result<Recording> recording = open_recording(folder);
+    if (!recording)
+        return recording.error();
+    const Result<UniqueFd> output = open_output(device, recording->camera);
+    if (!output)
+        return output.error();
+    const Rounds rounds(*recording, speed);
+    Luma luma(recording->camera.width, recording->camera.height);
+    MonotonicClock clock;
+    Rounds::Frame frame = rounds.next(clock.now_ns());
+    for (;;) {
+        if (Status read = read_luma(recording->entries[frame.number].color_path, luma); !read)
+            return read;
+        // An image is there when its exposure ends, and the device stamps it then.
+        const Rounds::Frame following = rounds.next(frame.due_ns);
+        clock.sleep_until(following.due_ns);
+        if (::write(output->get(), luma.pixels().data(), luma.pixels().size()) < 0)
+            return refusal(device, "takes no more images");
+        frame = following;
+    }
+}
+
+} // namespace
+} // namespace afterglow
+
+int main(int argc, char **argv) {
+    std::string device;
+    std::string recording;
+    double speed = 1;
+    CLI::App app("Plays the images of a recording into a v4l2loopback device.", "afterglow-feed");
+    app.add_option("device", device, "such as /dev/video20")->required();
+    app.add_option("recording", recording, "a folder in TUM layout")->required();
+    app.add_option("--speed", speed, "of the recorded pace")->check(CLI::Range(0.01, 100.0));
+    CLI11_PARSE(app, argc, argv);
+    const afterglow::Status ended = afterglow::feed(device, recording, speed);
+    fmt::print(stderr, "afterglow-feed: {}\n", ended.error().message);
+    return 1;
+}

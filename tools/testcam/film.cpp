@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/testcam/film.hpp"
+
+#include "drivers/replay/recording.hpp"
+#include "drivers/sequence_rig.hpp"
+#include "drivers/synthetic/synthetic.hpp"
+#include "drivers/synthetic/truth.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace afterglow::testcam {
+namespace {
+
+class RecordedFilm final : public Film {
+public:
+    RecordedFilm(Recording recording, double speed)
+        : recording_(std::move(recording)), rounds_(recording_, speed) {}
+
+    const Intrinsics &camera() const override { return recording_.camera; }
+    double fps() const override {
+        return static_cast<double>(recording_.entries.size()) * 1e9 /
+               static_cast<double>(rounds_.length_ns());
+    }
+    Rounds::Frame next(std::int64_t after_ns) const override { return rounds_.next(after_ns); }
+    Status read(std::uint64_t number, ImageView<std::uint16_t> depth) override {
+        return read_depth_mm(recording_, number, depth);
+    }
+
+private:
+    const Recording recording_;
+    const Rounds rounds_;
+};
+
+class SyntheticFilm final : public Film {
+public:
+    SyntheticFilm() : camera_(synthetic_camera(options())), truth_(options()) {}
+
+    const Intrinsics &camera() const override { return camera_; }
+    double fps() const override { return options().fps; }
+    Rounds::Frame next(std::int64_t after_ns) const override {
+        const auto number = static_cast<std::uint64_t>((after_ns - begin_ns_) / period_ns + 1);
+        return {begin_ns_ + static_cast<std::int64_t>(number) * period_ns, number};
+    }
+    Status read(std::uint64_t number, ImageView<std::uint16_t> depth) override {
+        const DepthMap truth = truth_.depth(number);
+        for (int v = 0; v < depth.height(); ++v)
+            std::copy_n(truth.row(v), depth.width(), depth.row(v));
+        return ok();
+    }
+
+private:
+    static constexpr std::int64_t period_ns = 33'333'333;
+    static SyntheticOptions options() { return {}; }
+
+    Intrinsics camera_;
+    SyntheticTruth truth_;
+    const std::int64_t begin_ns_ = MonotonicClock().now_ns();
+};
+
+} // namespace
+
+Result<std::unique_ptr<Film>> open_film(const Settings &settings) {
+    if (settings.recording.empty())
+        return std::unique_ptr<Film>(std::make_unique<SyntheticFilm>());
+    Result<Recording> recording = open_recording(settings.recording);
+    if (!recording)
+        return recording.error();
+    return std::unique_ptr<Film>(
+        std::make_unique<RecordedFilm>(*std::move(recording), settings.speed));
+}
+
+} // namespace afterglow::testcam
