@@ -69,13 +69,15 @@ std::optional<Table> reprojection_table(const Results &results) {
 std::optional<Table> stage_worth_table(const Results &results) {
     if (results.ablations.empty())
         return std::nullopt;
-    Table table{.id = "stages",
-                .title = "What each of afterglow's stages is worth",
-                .explanation = "Means over the datasets, and what changes when a stage is switched "
-                               "off; of each dataset in ablations.csv.",
-                .corner = "variant",
-                .columns = {},
-                .rows = {}};
+    Table table{
+        .id = "stages",
+        .title = "What each of afterglow's stages is worth",
+        .explanation =
+            "Means over the datasets but stand-ins, and what changes when a stage is switched "
+            "off; of each dataset in ablations.csv.",
+        .corner = "variant",
+        .columns = {},
+        .rows = {}};
     for (const Merit &merit : merits())
         table.columns.emplace_back(merit.title);
     table.columns.emplace_back("what is lost");

@@ -69,7 +69,7 @@ public:
                 break;
             if (!sequence)
                 continue;
-            if (Status done = examine(*sequence, !timed); !done)
+            if (Status done = examine(source, *sequence, !timed); !done)
                 return done;
             timed = true;
         }
@@ -88,14 +88,14 @@ private:
     double work_planned() {
         double work = 0;
         for (std::size_t i = 0; i < arguments_.datasets.size(); ++i)
-            work += frames_planned() + work_of(frames_planned(), i == 0);
+            work += frames_planned() + work_of(arguments_.datasets[i], frames_planned(), i == 0);
         return work;
     }
 
     /// The work of the experiments on a sequence, reading it aside.
-    double work_of(double frames, bool timed) {
+    double work_of(const std::string &source, double frames, bool timed) {
         double work = 0;
-        for (const Step &step : steps(nullptr, frames, timed))
+        for (const Step &step : steps(source, nullptr, frames, timed))
             work += step.asked ? step.work : 0;
         return work;
     }
@@ -105,9 +105,10 @@ private:
         watch_.begin("reading " + source, frames_planned());
         auto sequence = load_sequence(source, arguments_.frames, watch_);
         watch_.end();
-        const double planned = work_of(frames_planned(), timed);
+        const double planned = work_of(source, frames_planned(), timed);
         if (sequence) {
-            watch_.add(work_of(static_cast<double>(sequence->frames.size()), timed) - planned);
+            watch_.add(work_of(source, static_cast<double>(sequence->frames.size()), timed) -
+                       planned);
             if (!sequence->note.empty())
                 results_.notes.push_back(sequence->note);
             return *std::move(sequence);
@@ -121,8 +122,10 @@ private:
         return std::nullopt;
     }
 
-    /// `sequence`: what the jobs work on. Times are taken where `timed`.
-    std::vector<Step> steps(const Sequence *sequence, double frames, bool timed) {
+    /// `sequence`: what the jobs work on. Times are taken where `timed`. What a stage is worth is
+    /// not asked of a stand-in: it is one more synthetic room.
+    std::vector<Step> steps(const std::string &source, const Sequence *sequence, double frames,
+                            bool timed) {
         const int workers = arguments_.workers;
         return {
             {timed && what_.runtime, "times", stages_work(),
@@ -144,7 +147,7 @@ private:
              [=, this] {
                  append(results_.pictures, example(*sequence, results_.scores, workers, watch_));
              }},
-            {what_.ablate, "ablation", frames * ablation_work(),
+            {what_.ablate && !is_stand_in(source), "ablation", frames * ablation_work(),
              [=, this] {
                  append(results_.ablations, ablate_sequence(*sequence, workers, watch_));
              }},
@@ -161,9 +164,9 @@ private:
         return what_.tradeoff ? Sweep::full : what_.compare ? Sweep::matched : Sweep::adaptive;
     }
 
-    Status examine(const Sequence &sequence, bool timed) {
+    Status examine(const std::string &source, const Sequence &sequence, bool timed) {
         for (const Step &step :
-             steps(&sequence, static_cast<double>(sequence.frames.size()), timed)) {
+             steps(source, &sequence, static_cast<double>(sequence.frames.size()), timed)) {
             if (!step.asked || Watch::stopped())
                 continue;
             watch_.begin(sequence.name + ", " + step.name, step.work);

@@ -139,6 +139,11 @@ Result<Sequence> load_sequence(const std::string &source, int frames, Watch &wat
     return sequence;
 }
 
+bool is_stand_in(const std::string &source) {
+    const auto *filming = std::ranges::find(filmings, source, source_of);
+    return filming != std::end(filmings) && !filming->layout.empty();
+}
+
 std::vector<std::string> synthetic_sources() {
     std::vector<std::string> sources;
     for (const Filming &filming : filmings)

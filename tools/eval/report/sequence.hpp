@@ -37,5 +37,6 @@ Result<Sequence> load_sequence(const std::string &source, int frames, Watch &wat
 
 /// The sources that are synthetic: the room and the stand-ins.
 std::vector<std::string> synthetic_sources();
+bool is_stand_in(const std::string &source);
 
 } // namespace afterglow
