@@ -7,8 +7,7 @@ namespace afterglow {
 
 std::span<const Parameter<Config>> config_parameters() {
     // In the order of their enumerations.
-    static constexpr std::string_view color_drivers[] = {"synthetic", "replay", "v4l2",
-                                                         "libcamera"};
+    static constexpr std::string_view color_drivers[] = {"synthetic", "replay", "v4l2"};
     static constexpr std::string_view tof_drivers[] = {"synthetic", "replay", "v4l2", "openni2"};
     static constexpr std::string_view light_drivers[] = {"synthetic",       "replay",        "none",
                                                          "v4l2-control",    "led",           "gpio",
@@ -21,7 +20,7 @@ std::span<const Parameter<Config>> config_parameters() {
          [](Config &c) { return enum_field(c.color.driver); }},
         {"color.device",
          {},
-         "v4l2: a path, a name in /dev/v4l, bus information or a card; libcamera: a camera's id",
+         "v4l2: a path, a name in /dev/v4l, bus information or a card",
          [](Config &c) -> Field { return &c.color.device; }},
         {"color.width",
          {.minimum = 16, .maximum = 4096, .unit = "pixels"},

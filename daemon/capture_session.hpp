@@ -20,7 +20,7 @@ struct alignas(4) Orders {
     bool stop = false; ///< for good
 };
 
-/// Doubles from a quarter of a second to a second: how long to leave a lost device alone.
+/// Doubles from a quarter of a second to half of one: how long to leave a lost device alone.
 class BackOff {
 public:
     std::chrono::nanoseconds next();
@@ -28,7 +28,7 @@ public:
 
 private:
     static constexpr std::chrono::nanoseconds first = std::chrono::milliseconds(250);
-    static constexpr std::chrono::nanoseconds last = std::chrono::seconds(1);
+    static constexpr std::chrono::nanoseconds last = std::chrono::milliseconds(500);
     std::chrono::nanoseconds delay_ = first;
 };
 

@@ -9,9 +9,6 @@
 #ifdef AFTERGLOW_WITH_OPENNI2
 #include "drivers/openni2/openni2.hpp"
 #endif
-#ifdef AFTERGLOW_WITH_LIBCAMERA
-#include "drivers/libcamera/libcamera_source.hpp"
-#endif
 
 #include <fmt/format.h>
 
@@ -52,14 +49,8 @@ Result<std::unique_ptr<ColorSource>> open_color(const Config &config) {
 #else
         return left_out("V4L2");
 #endif
-    case ColorDriver::libcamera:
-        break;
     }
-#ifdef AFTERGLOW_WITH_LIBCAMERA
-    return open_libcamera({color.device, color.camera, color.fps});
-#else
-    return left_out("libcamera");
-#endif
+    return Error{"there is no such driver", 0};
 }
 
 /// A TOF camera, and the light that is one with it where the configuration says so.

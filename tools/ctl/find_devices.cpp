@@ -7,9 +7,6 @@
 #ifdef AFTERGLOW_WITH_V4L2
 #include "drivers/v4l2/list.hpp"
 #endif
-#ifdef AFTERGLOW_WITH_LIBCAMERA
-#include "drivers/libcamera/libcamera_source.hpp"
-#endif
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -89,18 +86,6 @@ void add_openni2(FoundDevices &found) {
 }
 #endif
 
-#ifdef AFTERGLOW_WITH_LIBCAMERA
-void add_libcamera(FoundDevices &found) {
-    const auto cameras = list_libcamera();
-    if (!cameras) {
-        found.problems.push_back(cameras.error().message);
-        return;
-    }
-    for (const std::string &id : *cameras)
-        found.color.push_back({"libcamera", id, id, "", 640, 480, 30});
-}
-#endif
-
 void add_leds(FoundDevices &found) {
     std::error_code none;
     for (const auto &led : std::filesystem::directory_iterator("/sys/class/leds", none)) {
@@ -130,9 +115,6 @@ FoundDevices find_devices() {
 #endif
 #ifdef AFTERGLOW_WITH_V4L2
     add_v4l2(found);
-#endif
-#ifdef AFTERGLOW_WITH_LIBCAMERA
-    add_libcamera(found);
 #endif
     add_leds(found);
     add_gpio_chips(found);

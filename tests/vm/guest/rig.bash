@@ -71,7 +71,7 @@ fx = $fx
 fy = $fy
 cx = $cx
 cy = $cy
-fps = 5
+fps = ${fps:-5}
 [tof]
 driver = "openni2"
 settling_maps = 0
@@ -93,7 +93,7 @@ XML
     [ -S bus ] || dbus-daemon --config-file=bus.conf --fork
     afterglowd --bus "$bus" --config daemon.toml 2>daemon.log &
     daemon=$!
-    until_true 30 afterglowctl --bus "$bus" status
+    (until_true 10 afterglowctl --bus "$bus" status) || { cat daemon.log; exit 1; }
 }
 state_is() { [ "$(statistic State)" = "$1" ]; }
 statistic() { afterglowctl --bus "$bus" stats | awk -v name="$1" '$1 == name { print $2 }'; }
@@ -106,12 +106,13 @@ as_offline() {
     first=$(cat published/first)
     mkdir -p played
     cp -r room/rgb room/depth room/camera.txt played
-    # The recording as it was seen: from its frame `first`, and on from its beginning.
+    # The recording as it was seen: from its frame `first`, on from its beginning, when it was seen.
     grep -v '^#' room/associations.txt >lines
-    { tail -n +$((first + 1)) lines; head -n "$first" lines; } |
-        awk '{ t = sprintf("%.6f", 1 + 0.2 * (NR - 1)); print t, $2, t, $4 }' >played/associations.txt
+    { tail -n +$((first + 1)) lines; head -n "$first" lines; } | paste -d ' ' - frames.log |
+        awk '{ t = sprintf("%d.%09d", int($8 / 1e9), $8 % 1e9); print t, $2, t, $4 }' \
+            >played/associations.txt
     afterglow-eval run played --dump offline --wake-latency "$1" --set gate.mode=interval \
-        --set gate.interval_frames=5 >eval.log
+        --set gate.interval_frames=5 >eval.log 2>&1
     for map in published/*.png; do
         cmp "$map" "offline/$(basename "$map")" || { cat frames.log daemon.log; fail "as offline"; }
     done

@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: Apache-2.0
+# Whatever the cameras do, the daemon stays up, names the state, recovers within two seconds of a
+# device's return, and publishes nothing wrong.
+. /vm/guest/rig.bash
+record_room room 20 200
+film=$PWD/room plug_in 0 cam
+camera=$(basename "$(by_id cam)")
+run_daemon
+watch_depth "$bus" room 1000000 >frames.log &
+watcher=$!
+until_line 20 frames.log '^[0-9]+ 1 '
+
+# back_within MS [SOURCE]: the next frame (of that source, 1 = measured) is taken so soon from now.
+# Told by the frames: to ask the daemon over and over would take the emulated processor's time.
+back_within() {
+    local begin
+    begin=$(now_ms)
+    until_true 20 frame_after "$begin" "${2:-}"
+    echo "back after $(($(frame_after "$begin" "${2:-}") - begin)) ms"
+    check "$(($(frame_after "$begin" "${2:-}") - begin))" '<=' "$1"
+}
+frame_after() {
+    awk -v t="$1" -v source="$2" '$4 / 1e6 >= t && (!source || $2 == source) {
+        print int($4 / 1e6); found = 1; exit } END { exit !found }' frames.log
+}
+
+echo "-- the colour camera is unplugged, and comes back"
+fault cam unplug
+until_true 5 state_is color-lost
+expect daemon.log 'was unplugged'
+sleep 3
+film=$PWD/room plug_in 0 cam
+back_within 2000
+
+echo "-- it spoils, drops and stalls"
+for what in 'bad 2' 'short 2' 'drop 2' 'eproto 30' 'stall 500'; do
+    fault cam "$what"
+    sleep 1
+done
+until_true 5 state_is running
+
+echo "-- it freezes"
+fault cam freeze
+until_true 10 state_is color-lost
+fault cam go
+back_within 2000
+
+echo "-- the TOF camera is unplugged, and comes back"
+afterglowctl --bus "$bus" mode always-on
+until_true 5 state_is running
+echo unplug >testcam.fifo
+until_true 5 state_is tof-lost
+sleep 3
+echo plug >testcam.fifo
+back_within 2000 1
+
+echo "-- the colour camera is in use by another program when it is wanted"
+kill $watcher
+until_true 5 state_is idle
+v4l2-ctl -d "$(by_id cam)" --stream-mmap --stream-count=0 >/dev/null 2>&1 &
+other=$!
+until_true 20 sh -c "! v4l2-ctl -d '$(by_id cam)' --set-fmt-video=width=640,height=480"
+watch_depth "$bus" room 1000000 >>frames.log &
+watcher=$!
+until_true 5 state_is color-lost
+expect daemon.log 'in use by another program'
+kill $other
+back_within 2000
+
+kill -0 $daemon || fail "the daemon is up"
+kill -0 $watcher || fail "the stream has gone on"
+reject frames.log '^-1 '
+kill $watcher
+kill $daemon
+wait $daemon
+tail -n 1 emitter | grep -q ' off$' || fail "the emitter is off"
+cat daemon.log
