@@ -102,19 +102,24 @@ statistic() { afterglowctl --bus "$bus" stats | awk -v name="$1" '$1 == name { p
 # publishes for the same frames of a TOF camera that wakes within so many, pixel for pixel; and the
 # emitter was off whenever a frame says so.
 as_offline() {
-    local first
-    first=$(cat published/first)
+    local first drop at
+    # The very first waking may take a frame longer: offline begins a frame before its map came.
+    drop=$(awk '$2 == 1 { print NR > 2 ? NR - 2 : 0; exit }' frames.log)
+    tail -n +$((drop + 1)) frames.log >seen.log
+    first=$((($(cat published/first) + drop) % $(grep -vc '^#' room/associations.txt)))
     mkdir -p played
     cp -r room/rgb room/depth room/camera.txt played
     # The recording as it was seen: from its frame `first`, on from its beginning, when it was seen.
     grep -v '^#' room/associations.txt >lines
-    { tail -n +$((first + 1)) lines; head -n "$first" lines; } | paste -d ' ' - frames.log |
+    { tail -n +$((first + 1)) lines; head -n "$first" lines; } | paste -d ' ' - seen.log |
         awk '{ t = sprintf("%d.%09d", int($8 / 1e9), $8 % 1e9); print t, $2, t, $4 }' \
             >played/associations.txt
     afterglow-eval run played --dump offline --wake-latency "$1" --set gate.mode=interval \
         --set gate.interval_frames=5 >eval.log 2>&1
     for map in published/*.png; do
-        cmp "$map" "offline/$(basename "$map")" || { cat frames.log daemon.log; fail "as offline"; }
+        at=$((10#$(basename "$map" .png) - drop))
+        [ "$at" -ge 0 ] || continue
+        cmp "$map" "$(printf 'offline/%06d.png' "$at")" || { cat frames.log daemon.log; fail "as offline"; }
     done
     awk 'NR == FNR { if ($2 == "on") from[++n] = $1; if ($2 == "off") to[n] = $1; next }
          $3 == 0 { for (i = 1; i <= n; ++i)
