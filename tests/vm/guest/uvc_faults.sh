@@ -4,8 +4,9 @@
 
 for nodrop in 0 1; do
     echo "-- uvcvideo nodrop=$nodrop"
-    modprobe -r uvcvideo || true
+    [ ! -d /sys/module/uvcvideo ] || modprobe -r uvcvideo
     modprobe uvcvideo nodrop=$nodrop
+    check "$(cat /sys/module/uvcvideo/parameters/nodrop)" == "$nodrop"
     plug_in 0 cam
     capture_probe device="$(by_id cam)" pattern=1 retry=1 seconds=12 >out &
     probe=$!
