@@ -31,7 +31,8 @@ struct FakeFormat {
     std::uint32_t bytes_per_pixel = 1;
 };
 
-/// A kernel with one camera, whose time passes only while somebody waits for it.
+/// A kernel with one camera. The first frame of each stream is one from before, as v4l2loopback
+/// gives it. Time passes only while somebody waits for it.
 class FakeV4l2 final : public SystemCalls {
 public:
     static constexpr std::uint32_t buffer_size = 4096;

@@ -29,6 +29,7 @@ Result<FrameLayout> Stream::start() {
 
     fd_ = std::move(*fd);
     queue_.emplace(*std::move(queue));
+    begun_ = false;
     count_ = FrameCount();
     clock_ = FrameClock(layout->period_ns);
     stuck_at_ns_ = calls_.now_ns() + patience_.first_frame.count();
@@ -45,13 +46,19 @@ Capture Stream::next(RawFrame &frame, std::chrono::nanoseconds timeout) {
     assert(queue_ && !held_);
     const std::int64_t deadline_ns = calls_.now_ns() + timeout.count();
     v4l2_buffer buffer = {};
-    while (!queue_->dequeue(buffer)) {
-        if (errno != EAGAIN)
+    for (;;) {
+        if (queue_->dequeue(buffer)) {
+            if (begun_)
+                return accept(buffer, frame);
+            begun_ = true;
+            if (!queue_->queue(buffer.index))
+                return lost(errno);
+        } else if (errno != EAGAIN) {
             return lost(errno);
-        if (const std::optional<Capture> end = wait(deadline_ns))
+        } else if (const std::optional<Capture> end = wait(deadline_ns)) {
             return *end;
+        }
     }
-    return accept(buffer, frame);
 }
 
 std::optional<Capture> Stream::wait(std::int64_t deadline_ns) {

@@ -45,7 +45,8 @@ struct Patience {
 ///
 ///   stopped ─start()─▶ streaming ─device gone, errors, silence─▶ Capture::lost ─start()─▶ ...
 ///
-/// One thread at a time, the estimator's. next() allocates nothing but to describe a problem.
+/// The first frame after each start is passed over: it may be one from before, with a new time
+/// (v4l2loopback), or half exposed. One thread at a time, the estimator's. next() allocates nothing but to describe a problem.
 class Stream {
 public:
     /// `wish.formats` must outlive the stream.
@@ -81,6 +82,7 @@ private:
     UniqueFd fd_;
     std::optional<BufferQueue> queue_;
     std::optional<std::uint32_t> held_; ///< the buffer between next() and release()
+    bool begun_ = false;                ///< whether the first frame has passed
     FrameCount count_;
     FrameClock clock_;
     std::int64_t stuck_at_ns_ = 0; ///< if nothing comes before

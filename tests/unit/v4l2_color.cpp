@@ -58,6 +58,15 @@ TEST_CASE("a read waits no longer than it may, and not at all for a time of 0") 
     CHECK(camera.kernel.now == before + 10'000'000);
 }
 
+TEST_CASE("what comes first after a start may be from before, and is passed over") {
+    Camera camera;
+    REQUIRE(camera.source->start());
+    CHECK(camera.kernel.frames.size() == 1);
+    CHECK(camera.read() == Capture::none);
+    CHECK(camera.kernel.frames.empty());
+    CHECK(camera.kernel.queued.size() == 4);
+}
+
 TEST_CASE("whoever is late gets the newest image, and the others are a gap") {
     Camera camera;
     REQUIRE(camera.source->start());
@@ -214,6 +223,7 @@ TEST_CASE("exposure that lengthens the frames in the dark is turned off") {
 TEST_CASE("a buffer that the driver does not take back ends in a loss, not in silence") {
     Camera camera;
     REQUIRE(camera.source->start());
+    REQUIRE(camera.read() == Capture::none); // the first is behind us
     camera.kernel.failing[VIDIOC_QBUF] = EINVAL;
     for (std::uint32_t sequence = 0; sequence < 4; ++sequence) {
         camera.deliver(sequence);

@@ -62,6 +62,7 @@ int FakeV4l2::ioctl(int, unsigned long request, void *argument) {
         return move_buffers(request, argument);
     case VIDIOC_STREAMON:
         streaming = true;
+        frames.push_front({std::vector<std::uint8_t>(buffer_size, 0xee), now, 0}); // a stale one
         return 0;
     case VIDIOC_STREAMOFF:
         streaming = false;

@@ -17,5 +17,4 @@ watch_depth "$bus" room 20 published >frames.log || { cat frames.log daemon.log;
 cat frames.log
 kill $daemon $feeder
 wait $daemon
-# An image comes when its exposure has ended, so that one more passes until there is a map.
-as_offline 2
+as_offline

@@ -4,6 +4,8 @@
 # So slow that the emulated processor keeps up with ease.
 record_room room 20 400
 fps=2.5
+# The camera's emulation shows an image up to 32 ms late at times.
+tolerance=100
 film=$PWD/room plug_in 0 cam
 camera=$(basename "$(by_id cam)")
 run_daemon
@@ -11,7 +13,7 @@ mkdir published
 watch_depth "$bus" room 20 published >frames.log || { cat frames.log daemon.log; fail "right frames"; }
 cat frames.log
 check "$(statistic FramesMissed)" == 0
-check "$(statistic PairingErrorP99)" '<' 15000000
+check "$(statistic PairingErrorP99)" '<' 50000000
 kill $daemon
 wait $daemon
-as_offline 1
+as_offline

@@ -75,6 +75,7 @@ fps = ${fps:-5}
 [tof]
 driver = "openni2"
 settling_maps = 0
+pairing_tolerance_ms = ${tolerance:-15}
 pairing_wait_ms = 100
 [illuminator]
 driver = "openni2-emitter"
@@ -98,28 +99,24 @@ XML
 state_is() { [ "$(statistic State)" = "$1" ]; }
 statistic() { afterglowctl --bus "$bus" stats | awk -v name="$1" '$1 == name { print $2 }'; }
 
-# as_offline LATENCY: what watch_depth has read (frames.log, published/) is what afterglow-eval
-# publishes for the same frames of a TOF camera that wakes within so many, pixel for pixel; and the
-# emitter was off whenever a frame says so.
+# as_offline: what watch_depth has read (frames.log, published/) is what afterglow-eval publishes
+# for the same frames of a TOF camera that wakes as fast, pixel for pixel; and the emitter was off
+# whenever a frame says so.
 as_offline() {
-    local first drop at
-    # The very first waking may take a frame longer: offline begins a frame before its map came.
-    drop=$(awk '$2 == 1 { print NR > 2 ? NR - 2 : 0; exit }' frames.log)
-    tail -n +$((drop + 1)) frames.log >seen.log
-    first=$((($(cat published/first) + drop) % $(grep -vc '^#' room/associations.txt)))
+    local first latency
+    latency=$(awk '$2 == 1 { print NR - 1; exit }' frames.log)
+    first=$(cat published/first)
     mkdir -p played
     cp -r room/rgb room/depth room/camera.txt played
     # The recording as it was seen: from its frame `first`, on from its beginning, when it was seen.
     grep -v '^#' room/associations.txt >lines
-    { tail -n +$((first + 1)) lines; head -n "$first" lines; } | paste -d ' ' - seen.log |
+    { tail -n +$((first + 1)) lines; head -n "$first" lines; } | paste -d ' ' - frames.log |
         awk '{ t = sprintf("%d.%09d", int($8 / 1e9), $8 % 1e9); print t, $2, t, $4 }' \
             >played/associations.txt
-    afterglow-eval run played --dump offline --wake-latency "$1" --set gate.mode=interval \
+    afterglow-eval run played --dump offline --wake-latency "$latency" --set gate.mode=interval \
         --set gate.interval_frames=5 >eval.log 2>&1
     for map in published/*.png; do
-        at=$((10#$(basename "$map" .png) - drop))
-        [ "$at" -ge 0 ] || continue
-        cmp "$map" "$(printf 'offline/%06d.png' "$at")" || { cat frames.log daemon.log; fail "as offline"; }
+        cmp "$map" "offline/$(basename "$map")" || { cat frames.log daemon.log; fail "as offline"; }
     done
     awk 'NR == FNR { if ($2 == "on") from[++n] = $1; if ($2 == "off") to[n] = $1; next }
          $3 == 0 { for (i = 1; i <= n; ++i)
