@@ -55,9 +55,10 @@ void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const P
             break;
         const Keyframe &k = keyframes[candidates[static_cast<std::size_t>(i)].keyframe];
         const Pose pose = now * k.depth_from_world.inverse();
-        warp_.run(k.surface, pose, pool_, first ? alignment.skew : Eigen::Vector3f::Zero());
+        warp_.scatter(k.surface, pose, pool_, first ? alignment.skew : Eigen::Vector3f::Zero());
         if (!first && disagreement() > options_.compose.most_disagreement / 100)
             continue;
+        warp_.fill_cracks(k.surface, depth_, pool_);
         merge(map_error(k.surface, camera_, pose, alignment.covariance, options_.error), k.surface);
     }
 }
@@ -77,10 +78,10 @@ float DepthComposer::disagreement() const {
     double apart = 0;
     int compared = 0;
     for (int v = 0; v < camera_.height; v += step) {
-        const WarpedPixel *in = warp_.result().row(v);
+        const WarpedPixel *in = warp_.scattered().row(v);
         const std::uint16_t *depth = depth_.row(v);
         for (int u = 0; u < camera_.width; u += step) {
-            if (depth[u] == 0 || in[u] == 0 ||
+            if (depth[u] == 0 || in[u] == nothing_landed ||
                 (in[u] & warped_edge_mask) < DepthSurface::far_from_edge)
                 continue;
             const float z = static_cast<float>(depth[u]);

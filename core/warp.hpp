@@ -6,23 +6,30 @@
 #include "core/pose.hpp"
 #include "core/worker_pool.hpp"
 
+#include <algorithm>
+#include <cstdint>
+
 namespace afterglow {
 
 struct WarpOptions {
     /// Readings nearer than this to a depth edge of their map are not carried, pixels (1 = all).
     int least_edge_distance_px = 2;
-    /// Widest crack that is filled, pixels.
+    /// Widest crack that is filled, pixels: 0, 1 or 2.
     int crack_px = 2;
 };
 
-/// One pixel of a warped map: depth in units of 1/8 mm... see WarpedMap. 0 = nothing.
-/// High 20 bits: depth in 1/16 mm, so that integer order is depth order. Low bits: edge distance
-/// (3 bits) and a mark for filled cracks.
-using WarpedPixel = std::uint32_t;
+/// One pixel of a warped map; 0 = nothing. The high 19 bits below the sign are the depth in 1/16
+/// mm, so that integer order is depth order; under them a mark for filled cracks and the edge
+/// distance.
+using WarpedPixel = std::int32_t;
 constexpr float warped_units_per_m = 16000.0f;
 constexpr int warped_depth_shift = 12;
-constexpr WarpedPixel warped_crack = 1u << 3;
-constexpr WarpedPixel warped_edge_mask = 7u;
+/// The most that sensor.farthest_m may be: with the move to the pixel's centre it must fit 19 bits.
+constexpr float warped_farthest_m = 30.0f;
+constexpr WarpedPixel warped_crack = 1 << 3;
+constexpr WarpedPixel warped_edge_mask = 7;
+/// A pixel of the scattered map on which no point has landed.
+constexpr WarpedPixel nothing_landed = 0x7fffffff;
 
 inline float warped_z(WarpedPixel p) {
     return static_cast<float>(p >> warped_depth_shift) * (1.0f / warped_units_per_m);
@@ -33,28 +40,35 @@ inline float warped_z(WarpedPixel p) {
 /// along the surface's own slope; of several, the nearest wins. The minimum does not depend on
 /// order, so the result is the same whatever the number of workers.
 ///
-/// Allocates when made; run() is real-time safe.
+/// Allocates when made; the calls are real-time safe.
 class Warp {
 public:
     Warp(const Intrinsics &camera, const WarpOptions &options);
 
-    /// Carries `surface` along `pose` and fills cracks: empty pixels with the same surface on two
-    /// opposite sides. What was hidden or outside the picture stays empty.
-    /// `skew`: rolling shutter, see Alignment::skew.
-    void run(const DepthSurface &surface, const Pose &pose, WorkerPool &pool,
-             const Eigen::Vector3f &skew = Eigen::Vector3f::Zero());
+    /// Carries `surface` along `pose`. `skew`: rolling shutter, see Alignment::skew.
+    void scatter(const DepthSurface &surface, const Pose &pose, WorkerPool &pool,
+                 const Eigen::Vector3f &skew = Eigen::Vector3f::Zero());
+    /// Fills the cracks of what was scattered: empty pixels with the same surface on two opposite
+    /// sides, and pixels of a far surface that show through a near one. What was hidden or outside
+    /// the picture stays empty. Where `taken` has depth already, nothing is filled.
+    void fill_cracks(const DepthSurface &surface, DepthView taken, WorkerPool &pool);
 
+    /// nothing_landed where no point has.
+    ImageView<const WarpedPixel> scattered() const;
     ImageView<const WarpedPixel> result() const { return filled_; }
 
 private:
-    void scatter(const DepthSurface &surface, const Pose &pose, const Eigen::Vector3f &skew,
-                 int first_row, int end_row, bool alone);
-    void fill_cracks(const DepthSurface &surface, int first_row, int end_row);
+    int margin() const { return std::max(options_.crack_px, 1); }
+    void scatter_rows(const DepthSurface &surface, const Pose &pose, const Eigen::Vector3f &skew,
+                      int first_row, int end_row, bool alone);
+    void fill_row(const DepthSurface &surface, DepthView taken, int v);
+    WarpedPixel fill_pixel(const DepthSurface &surface, const WarpedPixel *at) const;
 
     Intrinsics camera_;
     WarpOptions options_;
-    Image<WarpedPixel> nearest_;
+    Image<WarpedPixel> nearest_; ///< with a margin on all sides, on which nothing lands
     Image<WarpedPixel> filled_;
+    Image<std::uint8_t> doubtful_; ///< pixels that may be cracks
 };
 
 } // namespace afterglow
