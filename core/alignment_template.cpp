@@ -35,6 +35,13 @@ float level_depth(const DepthSurface &surface, int level, int u, int v) {
 
 } // namespace
 
+TemplatePoints::TemplatePoints(int capacity) {
+    const int rows = (capacity + block - 1) / block * block;
+    for (std::vector<float> *column : {&x, &y, &z, &intensity, &row, &gradient})
+        column->resize(static_cast<std::size_t>(rows));
+    J.setZero(rows, 6);
+}
+
 AlignmentTemplate::AlignmentTemplate(const Intrinsics &camera, const TemplateOptions &options)
     : options_(options) {
     for (int l = 0; l <= options.coarsest_level; ++l) {
@@ -43,7 +50,6 @@ AlignmentTemplate::AlignmentTemplate(const Intrinsics &camera, const TemplateOpt
         const bool used = l >= options.finest_level;
         levels_.emplace_back(used ? std::min(options.points_per_level, pixels) : 0);
     }
-    counts_.assign(levels_.size(), 0);
 }
 
 void AlignmentTemplate::build(const Pyramid &image, const DepthSurface &surface) {
@@ -57,13 +63,14 @@ void AlignmentTemplate::build_level(int level, ImageView<const float> image,
                                     const DepthSurface &surface) {
     const Intrinsics &c = cameras_[level];
     const int w = image.width(), h = image.height();
-    std::vector<TemplatePoint> &points = levels_[level];
+    TemplatePoints &points = levels_[level];
+    const int capacity = std::min(options_.points_per_level, w * h);
     int cell = 1;
-    while (((w + cell - 1) / cell) * ((h + cell - 1) / cell) > static_cast<int>(points.size()))
+    while (((w + cell - 1) / cell) * ((h + cell - 1) / cell) > capacity)
         ++cell;
     // A central difference halves the noise variance; halving the image halves its deviation.
     const float weakest = 2.0f * options_.pixel_noise / static_cast<float>(1 << std::min(level, 2));
-    int count = 0;
+    points.count = 0;
     for (int v0 = 1; v0 < h - 1; v0 += cell)
         for (int u0 = 1; u0 < w - 1; u0 += cell) {
             float best = weakest * weakest, best_gx = 0, best_gy = 0;
@@ -94,17 +101,16 @@ void AlignmentTemplate::build_level(int level, ImageView<const float> image,
             const float y = static_cast<float>((best_v - c.cy) / c.fy);
             const float a = best_gx * static_cast<float>(c.fx);
             const float b = best_gy * static_cast<float>(c.fy);
-            TemplatePoint &p = points[static_cast<std::size_t>(count++)];
-            p.x = x * z;
-            p.y = y * z;
-            p.z = z;
-            p.row = static_cast<float>(best_v) / static_cast<float>(h) - 0.5f;
-            p.intensity = image(best_u, best_v);
-            p.gradient = std::sqrt(best);
-            p.J << a / z, b / z, -(a * x + b * y) / z, -a * x * y - b * (1 + y * y),
-                a * (1 + x * x) + b * x * y, -a * y + b * x;
+            const auto i = static_cast<std::size_t>(points.count);
+            points.x[i] = x * z;
+            points.y[i] = y * z;
+            points.z[i] = z;
+            points.row[i] = static_cast<float>(best_v) / static_cast<float>(h) - 0.5f;
+            points.intensity[i] = image(best_u, best_v);
+            points.gradient[i] = std::sqrt(best);
+            points.J.row(points.count++) << a / z, b / z, -(a * x + b * y) / z,
+                -a * x * y - b * (1 + y * y), a * (1 + x * x) + b * x * y, -a * y + b * x;
         }
-    counts_[level] = count;
 }
 
 } // namespace afterglow

@@ -21,15 +21,21 @@ struct TemplateOptions {
     float pixel_noise = 2.0f;
 };
 
-/// One textured point of a keyframe on one level of its pyramid.
-struct TemplatePoint {
-    float x, y, z;   ///< metres, keyframe coordinates
-    float intensity; ///< grey value in the keyframe
-    float row;       ///< place in the picture from top (-0.5) to bottom (0.5)
-    float gradient;  ///< length of the image gradient, grey values per pixel of the level
+/// The textured points of a keyframe on one level of its pyramid, column by column. Columns have
+/// whole blocks; what comes after `count` means nothing.
+struct TemplatePoints {
+    static constexpr int block = 64;
+
+    explicit TemplatePoints(int capacity);
+
+    int count = 0;
+    std::vector<float> x, y, z;   ///< metres, keyframe coordinates
+    std::vector<float> intensity; ///< grey value in the keyframe
+    std::vector<float> row;       ///< place in the picture from top (-0.5) to bottom (0.5)
+    std::vector<float> gradient;  ///< length of the image gradient, grey values per level's pixel
     /// Derivative of the grey value by a small motion (v, w) of the scene: X -> X + v + w x X.
     /// Grey values per metre and per radian.
-    Eigen::Matrix<float, 6, 1> J;
+    Eigen::Matrix<float, Eigen::Dynamic, 6> J;
 };
 
 /// All of a keyframe that direct alignment needs, worked out once: points with a strong gradient
@@ -41,9 +47,7 @@ public:
 
     void build(const Pyramid &image, const DepthSurface &surface);
 
-    std::span<const TemplatePoint> points(int level) const {
-        return std::span(levels_[level]).first(static_cast<std::size_t>(counts_[level]));
-    }
+    const TemplatePoints &points(int level) const { return levels_[level]; }
     const Intrinsics &camera(int level) const { return cameras_[level]; }
     const TemplateOptions &options() const { return options_; }
 
@@ -52,8 +56,7 @@ private:
 
     TemplateOptions options_;
     std::vector<Intrinsics> cameras_;
-    std::vector<std::vector<TemplatePoint>> levels_;
-    std::vector<int> counts_;
+    std::vector<TemplatePoints> levels_;
 };
 
 } // namespace afterglow

@@ -19,6 +19,15 @@ struct Intrinsics {
     Eigen::Vector2d project(const Eigen::Vector3d &X) const {
         return {fx * X.x() / X.z() + cx, fy * X.y() / X.z() + cy};
     }
+    /// Takes a point before the camera to homogeneous pixels.
+    Eigen::Matrix3d matrix() const {
+        Eigen::Matrix3d K = Eigen::Matrix3d::Identity();
+        K(0, 0) = fx;
+        K(1, 1) = fy;
+        K(0, 2) = cx;
+        K(1, 2) = cy;
+        return K;
+    }
     /// The same camera after its image was halved `level` times, 2x2 pixels to one.
     Intrinsics at_level(int level) const {
         const double s = 1.0 / (1 << level);

@@ -3,13 +3,12 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cmath>
 
 namespace afterglow {
 namespace {
 
-constexpr int z_bins = 128;
-constexpr float z_bin_m = 0.1f;
 constexpr int most_candidates = 16;
 /// Keyframes of which less than this is in view are not worth a warp.
 constexpr float least_visible_share = 0.1f;
@@ -63,10 +62,13 @@ void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const P
     }
 }
 
-/// Metres that the TOF camera would read at pixel (u, v).
-float DepthComposer::reading_of(WarpedPixel pixel, int u, int v) const {
-    return warped_z(pixel) / calibration_.scale(static_cast<float>((u - camera_.cx) / camera_.fx),
-                                                static_cast<float>((v - camera_.cy) / camera_.fy));
+/// Metres that the TOF camera would read at `count` pixels from (u, v) on.
+void DepthComposer::read(const WarpedPixel *pixels, int u, int v, int count, float *z) const {
+    const float dx = static_cast<float>(1 / camera_.fx);
+    const float x0 = static_cast<float>((u - camera_.cx) / camera_.fx);
+    const float y = static_cast<float>((v - camera_.cy) / camera_.fy);
+    for (int i = 0; i < count; ++i)
+        z[i] = warped_z(pixels[i]) / calibration_.scale(x0 + dx * static_cast<float>(i), y);
 }
 
 /// Mean relative difference between the map so far and the one just warped, inside surfaces; 0
@@ -85,7 +87,9 @@ float DepthComposer::disagreement() const {
                 (in[u] & warped_edge_mask) < DepthSurface::far_from_edge)
                 continue;
             const float z = static_cast<float>(depth[u]);
-            apart += std::min(std::abs(reading_of(in[u], u, v) * 1000.0f - z) / z, most_counted);
+            float reading;
+            read(in + u, u, v, 1, &reading);
+            apart += std::min(std::abs(reading * 1000.0f - z) / z, most_counted);
             ++compared;
         }
     }
@@ -94,27 +98,45 @@ float DepthComposer::disagreement() const {
 
 /// Writes what was warped into the pixels that are still empty.
 void DepthComposer::merge(const MapError &error, const DepthSurface &surface) {
-    std::array<std::array<std::uint8_t, z_bins>, DepthSurface::far_from_edge + 1> table;
+    ConfidenceTable table;
     for (int d = 0; d <= DepthSurface::far_from_edge; ++d)
         for (int b = 0; b < z_bins; ++b)
             table[static_cast<std::size_t>(d)][static_cast<std::size_t>(b)] = estimated_confidence(
                 pixel_error(error, surface.options().noise, options_.error.shared_noise,
                             (static_cast<float>(b) + 0.5f) * z_bin_m, d));
-    for (int v = 0; v < camera_.height; ++v) {
-        const WarpedPixel *in = warp_.result().row(v);
-        std::uint16_t *depth = depth_.row(v);
-        std::uint8_t *confidence = confidence_.row(v);
-        for (int u = 0; u < camera_.width; ++u) {
-            const WarpedPixel p = in[u];
-            if (depth[u] != 0 || p == 0)
+    std::atomic<int> added = 0;
+    const int rows = camera_.height, n = pool_.size();
+    pool_.run([&](int worker) {
+        int count = 0;
+        for (int v = rows * worker / n; v < rows * (worker + 1) / n; ++v)
+            count += merge_row(v, table);
+        added.fetch_add(count, std::memory_order_relaxed);
+    });
+    covered_ += added;
+}
+
+int DepthComposer::merge_row(int v, const ConfidenceTable &table) {
+    const WarpedPixel *in = warp_.result().row(v);
+    std::uint16_t *depth = depth_.row(v);
+    std::uint8_t *confidence = confidence_.row(v);
+    constexpr int strip = 64;
+    std::array<float, strip> z;
+    int count = 0;
+    for (int first = 0; first < camera_.width; first += strip) {
+        const int end = std::min(first + strip, camera_.width);
+        read(in + first, first, v, end - first, z.data());
+        for (int u = first; u < end; ++u) {
+            if (depth[u] != 0 || in[u] == 0)
                 continue;
-            const float z = reading_of(p, u, v);
-            const int bin = std::min(static_cast<int>(z * (1.0f / z_bin_m)), z_bins - 1);
-            depth[u] = static_cast<std::uint16_t>(z * 1000.0f + 0.5f);
-            confidence[u] = table[p & warped_edge_mask][static_cast<std::size_t>(bin)];
-            ++covered_;
+            const float reading = z[static_cast<std::size_t>(u - first)];
+            const int bin = std::min(static_cast<int>(reading * (1.0f / z_bin_m)), z_bins - 1);
+            depth[u] = static_cast<std::uint16_t>(reading * 1000.0f + 0.5f);
+            confidence[u] = table[static_cast<std::size_t>(in[u] & warped_edge_mask)]
+                                 [static_cast<std::size_t>(bin)];
+            ++count;
         }
     }
+    return count;
 }
 
 void DepthComposer::distrust(const MotionMask &mask) {

@@ -10,6 +10,9 @@
 #include "core/warp.hpp"
 #include "core/worker_pool.hpp"
 
+#include <array>
+#include <cstdint>
+
 namespace afterglow {
 
 /// Draws one depth map from several keyframes: the reference map first, then those that see most
@@ -42,8 +45,15 @@ public:
     float expected_mre() const;
 
 private:
-    float reading_of(WarpedPixel pixel, int u, int v) const;
+    /// Confidence by distance from the next depth edge and by depth in steps of z_bin_m.
+    static constexpr int z_bins = 128;
+    static constexpr float z_bin_m = 0.1f;
+    using ConfidenceTable =
+        std::array<std::array<std::uint8_t, z_bins>, DepthSurface::far_from_edge + 1>;
+
+    void read(const WarpedPixel *pixels, int u, int v, int count, float *z) const;
     void merge(const MapError &error, const DepthSurface &surface);
+    int merge_row(int v, const ConfidenceTable &table);
     float disagreement() const;
 
     Intrinsics camera_;

@@ -14,6 +14,7 @@ constexpr int unknowns = 11; // v, w, skew, gain, offset
 constexpr int at_skew = 6, at_gain = 9, at_offset = 10;
 using Vector = Eigen::Matrix<float, unknowns, 1>;
 using Matrix = Eigen::Matrix<float, unknowns, unknowns>;
+using Block = Eigen::Array<float, TemplatePoints::block, 1>;
 
 constexpr int bins = 64;
 constexpr float bin_width = 0.125f; // in expected deviations
@@ -72,74 +73,46 @@ void DirectAlignment::accumulate(const AlignmentTemplate &reference, ImageView<c
     sums.histogram.fill(0);
     sums.cost = 0;
     sums.inliers = sums.visible = 0;
-    const Intrinsics &c = reference.camera(level);
-    Eigen::Matrix3f K;
-    K << static_cast<float>(c.fx), 0, static_cast<float>(c.cx), 0, static_cast<float>(c.fy),
-        static_cast<float>(c.cy), 0, 0, 1;
-    const Eigen::Matrix3f A = K * at.pose.R.cast<float>();
-    const Eigen::Vector3f b = K * at.pose.T.cast<float>();
-    const float last_u = static_cast<float>(image.width() - 1) - 0.01f;
-    const float last_v = static_cast<float>(image.height() - 1) - 0.01f;
+    const TemplatePoints &points = reference.points(level);
     const float noise2 = options_.pixel_noise * options_.pixel_noise;
     const float blur2 = options_.blur_px * options_.blur_px;
     const float width2 = robust_width * robust_width * scale * scale;
-    float H[unknowns * (unknowns + 1) / 2] = {};
-    float g[unknowns] = {};
-    for (const TemplatePoint &p : reference.points(level)) {
-        const float sx = at.skew[0] * p.row, sy = at.skew[1] * p.row, sz = at.skew[2] * p.row;
-        const float x = p.x + sy * p.z - sz * p.y;
-        const float y = p.y + sz * p.x - sx * p.z;
-        const float z = p.z + sx * p.y - sy * p.x;
-        const float w = A(2, 0) * x + A(2, 1) * y + A(2, 2) * z + b[2];
-        if (!(w > 0.05f))
-            continue;
-        const float inv = 1.0f / w;
-        const float u = (A(0, 0) * x + A(0, 1) * y + A(0, 2) * z + b[0]) * inv;
-        const float v = (A(1, 0) * x + A(1, 1) * y + A(1, 2) * z + b[1]) * inv;
-        if (!(u >= 0.0f && v >= 0.0f && u < last_u && v < last_v))
-            continue;
-        const int iu = static_cast<int>(u), iv = static_cast<int>(v);
-        const float fu = u - static_cast<float>(iu), fv = v - static_cast<float>(iv);
-        const float *top = image.row(iv) + iu;
-        const float *bottom = top + image.stride();
-        const float upper = top[0] + fu * (top[1] - top[0]);
-        const float lower = bottom[0] + fu * (bottom[1] - bottom[0]);
-        const float seen = upper + fv * (lower - upper);
-        const float e = seen - at.gain * p.intensity - at.offset;
+    Residuals residuals;
+    Eigen::Matrix<float, TemplatePoints::block, unknowns> J, weighted;
+    for (int first = 0; first < points.count; first += TemplatePoints::block) {
+        find_residuals(points, first, image, reference.camera(level), at, residuals);
+        const auto column = [&](const std::vector<float> &of) {
+            return Eigen::Map<const Block>(of.data() + first);
+        };
+        const Eigen::Map<const Block> error(residuals.error.data()), seen(residuals.seen.data());
+        const Block inv_s2 = 1.0f / (noise2 + blur2 * column(points.gradient).square());
+        const Block r2 = error.square() * inv_s2;
+        const Block r = r2.sqrt();
+        for (int i = 0; i < TemplatePoints::block; ++i) {
+            if (seen[i] == 0.0f)
+                continue;
+            const int bin = static_cast<int>(std::min(r[i], 1000.0f) / bin_width);
+            ++sums.histogram[static_cast<std::size_t>(std::min(bin, bins - 1))];
+            ++sums.visible;
+            sums.inliers += r[i] < inlier_limit;
+        }
+        const Block robust = width2 / (r2 + width2);
+        sums.cost += (seen * (1.0f - robust)).sum();
+        const Block weight = seen * robust.square() * inv_s2;
 
-        const float inv_s2 = 1.0f / (noise2 + blur2 * p.gradient * p.gradient);
-        const float r2 = e * e * inv_s2;
-        const float r = std::sqrt(r2);
-        const int bin = static_cast<int>(std::min(r, 1000.0f) / bin_width);
-        ++sums.histogram[static_cast<std::size_t>(std::min(bin, bins - 1))];
-        ++sums.visible;
-        sums.inliers += r < inlier_limit;
-        const float robust = width2 / (r2 + width2);
-        sums.cost += 1.0f - robust;
-        const float weight = robust * robust * inv_s2;
-
-        const float k = 0.01f * (p.intensity - 128.0f);
-        float J[unknowns];
-        for (int i = 0; i < 6; ++i)
-            J[i] = p.J[i] * at.gain;
+        J.leftCols<6>() = at.gain * points.J.middleRows<TemplatePoints::block>(first);
         for (int i = 0; i < 3; ++i)
-            J[at_skew + i] = J[3 + i] * p.row;
-        J[at_gain] = k;
-        J[at_offset] = 1.0f;
-        int n = 0;
+            J.col(at_skew + i).array() = J.col(3 + i).array() * column(points.row);
+        J.col(at_gain).array() = 0.01f * (column(points.intensity) - 128.0f);
+        J.col(at_offset).setOnes();
+        weighted.array() = J.array().colwise() * weight;
         for (int i = 0; i < unknowns; ++i) {
-            const float wj = weight * J[i];
-            g[i] += wj * e;
+            sums.g[i] += weighted.col(i).dot(error.matrix());
             for (int j = i; j < unknowns; ++j)
-                H[n++] += wj * J[j];
+                sums.H(i, j) += weighted.col(i).dot(J.col(j));
         }
     }
-    int n = 0;
-    for (int i = 0; i < unknowns; ++i) {
-        sums.g[i] = g[i];
-        for (int j = i; j < unknowns; ++j)
-            sums.H(i, j) = sums.H(j, i) = H[n++];
-    }
+    sums.H.triangularView<Eigen::StrictlyLower>() = sums.H.transpose();
 }
 
 Alignment DirectAlignment::align(const AlignmentTemplate &reference, const Pyramid &image,
@@ -151,7 +124,7 @@ Alignment DirectAlignment::align(const AlignmentTemplate &reference, const Pyram
     Alignment at = best;
     Sums sums;
     for (int level = coarsest; level >= finest; --level) {
-        const int all = static_cast<int>(reference.points(level).size());
+        const int all = reference.points(level).count;
         float scale = 8.0f; // generous until the residuals have shown their own
         float previous_cost = 1e9f;
         for (int i = 0; i < options_.iterations_per_level; ++i) {
@@ -226,7 +199,7 @@ Alignment DirectAlignment::judge(const AlignmentTemplate &reference, const Pyram
     at.residual_scale = scale;
     at.cost = sums.fixed_cost();
     at.inlier_share = static_cast<float>(sums.inliers) / visible;
-    at.visible_share = visible / static_cast<float>(reference.points(level).size());
+    at.visible_share = visible / static_cast<float>(reference.points(level).count);
     Matrix H = sums.H * (options_.independent_share / (scale * scale));
     H.topLeftCorner<6, 6>() += prior.information;
     for (int k = 0; k < 3; ++k)

@@ -3,6 +3,7 @@
 
 #include "core/alignment_template.hpp"
 #include "core/pose.hpp"
+#include "core/residuals.hpp"
 
 namespace afterglow {
 
@@ -32,18 +33,12 @@ struct PosePrior {
 };
 
 /// What aligning an image with a template told.
-struct Alignment {
-    Pose pose; ///< keyframe coordinates to current ones
-    /// Rolling shutter: how much further the camera had turned, against the keyframe, when the last
-    /// row was read than when the first was; rotation vector, keyframe coordinates, radians.
-    Eigen::Vector3f skew = Eigen::Vector3f::Zero();
+struct Alignment : Placement {
     float cost = 1e9f;        ///< mean robust cost of the points in view on a fixed scale, 0..1
     float inlier_share = 0;   ///< of the points in view: residual below 2.5 expected deviations
     float visible_share = 0;  ///< of the template's points
     float residual_scale = 0; ///< median |residual| / expected deviation, as a Gaussian's sigma
-    float gain = 1;           ///< current grey value = gain * keyframe's + offset
-    float offset = 0;
-    int points = 0; ///< in view, finest level
+    int points = 0;           ///< in view, finest level
     /// Covariance, the prior included, of the motion (v, w) applied to the scene in keyframe
     /// coordinates before `pose`; metres and radians.
     Eigen::Matrix<float, 6, 6> covariance = Eigen::Matrix<float, 6, 6>::Zero();

@@ -46,12 +46,7 @@ void Warp::scatter(const DepthSurface &surface, const Pose &pose, WorkerPool &po
 void Warp::scatter_rows(const DepthSurface &surface, const Pose &pose, const Eigen::Vector3f &skew,
                         int first_row, int end_row, bool alone) {
     const int w = camera_.width, h = camera_.height;
-    Eigen::Matrix3d K = Eigen::Matrix3d::Identity();
-    K(0, 0) = camera_.fx;
-    K(1, 1) = camera_.fy;
-    K(0, 2) = camera_.cx;
-    K(1, 2) = camera_.cy;
-    const Eigen::Matrix3d KR = K * pose.R, Ki = K.inverse();
+    const Eigen::Matrix3d K = camera_.matrix(), KR = K * pose.R, Ki = K.inverse();
     const LandingLimits limits = {surface.options().nearest_m,     surface.options().farthest_m,
                                   static_cast<float>(w),           static_cast<float>(h),
                                   options_.least_edge_distance_px, nearest_.width()};
