@@ -23,7 +23,8 @@ struct Candidate {
 DepthComposer::DepthComposer(const Intrinsics &camera, const KeyframeOptions &options,
                              WorkerPool &pool)
     : camera_(camera), options_(options), pool_(pool), warp_(camera, options.warp),
-      depth_(camera.width, camera.height), confidence_(camera.width, camera.height) {}
+      open_(camera.width, camera.height), depth_(camera.width, camera.height),
+      confidence_(camera.width, camera.height) {}
 
 void DepthComposer::clear() {
     std::ranges::fill(depth_.pixels(), std::uint16_t{0});
@@ -54,46 +55,51 @@ void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const P
             break;
         const Keyframe &k = keyframes[candidates[static_cast<std::size_t>(i)].keyframe];
         const Pose pose = now * k.depth_from_world.inverse();
-        warp_.scatter(k.surface, pose, pool_, first ? alignment.skew : Eigen::Vector3f::Zero());
-        if (!first && disagreement() > options_.compose.most_disagreement / 100)
+        if (!first && disagreement(k.surface, pose) > options_.compose.most_disagreement / 100)
             continue;
-        warp_.fill_cracks(k.surface, depth_, pool_);
+        open_.find(depth_);
+        warp_.run(k.surface, pose, depth_, open_, pool_,
+                  first ? alignment.skew : Eigen::Vector3f::Zero());
         merge(map_error(k.surface, camera_, pose, alignment.covariance, options_.error), k.surface);
     }
 }
 
-/// Metres that the TOF camera would read at `count` pixels from (u, v) on.
-void DepthComposer::read(const WarpedPixel *pixels, int u, int v, int count, float *z) const {
-    const float dx = static_cast<float>(1 / camera_.fx);
-    const float x0 = static_cast<float>((u - camera_.cx) / camera_.fx);
-    const float y = static_cast<float>((v - camera_.cy) / camera_.fy);
-    for (int i = 0; i < count; ++i)
-        z[i] = warped_z(pixels[i]) / calibration_.scale(x0 + dx * static_cast<float>(i), y);
+/// Median relative difference between the map so far and a surface at `pose`, inside it; 0 where
+/// they hardly overlap.
+float DepthComposer::disagreement(const DepthSurface &surface, const Pose &pose) const {
+    constexpr int across = 48;
+    constexpr std::size_t least_compared = 60;
+    const int step = std::max(1, std::max(camera_.width, camera_.height) / across);
+    std::array<float, across * across * 2> apart;
+    std::size_t compared = 0;
+    for (int v = step / 2; v < camera_.height; v += step)
+        for (int u = step / 2; u < camera_.width; u += step) {
+            const float z = surface.z()(u, v);
+            if (z == 0.0f || surface.edge_distance()(u, v) < DepthSurface::far_from_edge)
+                continue;
+            const Eigen::Vector3d X = pose * camera_.back_project(u, v, z);
+            if (!(X.z() > 0.05))
+                continue;
+            const Eigen::Vector2d p = camera_.project(X) + Eigen::Vector2d::Constant(0.5);
+            if (!(p.x() >= 0 && p.y() >= 0 && p.x() < camera_.width && p.y() < camera_.height))
+                continue;
+            const int x = static_cast<int>(p.x()), y = static_cast<int>(p.y());
+            const float shown = 0.001f * static_cast<float>(depth_(x, y));
+            if (shown > 0.0f)
+                apart[compared++] =
+                    std::abs(static_cast<float>(X.z()) * per_depth(x, y) / shown - 1.0f);
+        }
+    if (compared < least_compared)
+        return 0.0f;
+    const auto middle = apart.begin() + static_cast<std::ptrdiff_t>(compared / 2);
+    std::nth_element(apart.begin(), middle, apart.begin() + static_cast<std::ptrdiff_t>(compared));
+    return *middle;
 }
 
-/// Mean relative difference between the map so far and the one just warped, inside surfaces; 0
-/// where they hardly overlap.
-float DepthComposer::disagreement() const {
-    constexpr int step = 3;
-    constexpr int least_compared = 500;
-    constexpr float most_counted = 0.3f;
-    double apart = 0;
-    int compared = 0;
-    for (int v = 0; v < camera_.height; v += step) {
-        const WarpedPixel *in = warp_.scattered().row(v);
-        const std::uint16_t *depth = depth_.row(v);
-        for (int u = 0; u < camera_.width; u += step) {
-            if (depth[u] == 0 || in[u] == nothing_landed ||
-                (in[u] & warped_edge_mask) < DepthSurface::far_from_edge)
-                continue;
-            const float z = static_cast<float>(depth[u]);
-            float reading;
-            read(in + u, u, v, 1, &reading);
-            apart += std::min(std::abs(reading * 1000.0f - z) / z, most_counted);
-            ++compared;
-        }
-    }
-    return compared > least_compared ? static_cast<float>(apart / compared) : 0.0f;
+/// What the TOF camera reads at pixel (u, v) for each metre of depth.
+float DepthComposer::per_depth(int u, int v) const {
+    return 1.0f / calibration_.scale(static_cast<float>((u - camera_.cx) / camera_.fx),
+                                     static_cast<float>((v - camera_.cy) / camera_.fy));
 }
 
 /// Writes what was warped into the pixels that are still empty.
@@ -109,26 +115,33 @@ void DepthComposer::merge(const MapError &error, const DepthSurface &surface) {
     pool_.run([&](int worker) {
         int count = 0;
         for (int v = rows * worker / n; v < rows * (worker + 1) / n; ++v)
-            count += merge_row(v, table);
+            open_.for_each_run(
+                v, [&](int begin, int end) { count += merge_row(v, begin, end, table); });
         added.fetch_add(count, std::memory_order_relaxed);
     });
     covered_ += added;
 }
 
-int DepthComposer::merge_row(int v, const ConfidenceTable &table) {
+int DepthComposer::merge_row(int v, int begin, int end, const ConfidenceTable &table) {
     const WarpedPixel *in = warp_.result().row(v);
     std::uint16_t *depth = depth_.row(v);
     std::uint8_t *confidence = confidence_.row(v);
-    constexpr int strip = 64;
-    std::array<float, strip> z;
+    const float dx = static_cast<float>(1 / camera_.fx);
+    const float x0 = static_cast<float>(-camera_.cx / camera_.fx);
+    const float y = static_cast<float>((v - camera_.cy) / camera_.fy);
     int count = 0;
-    for (int first = 0; first < camera_.width; first += strip) {
-        const int end = std::min(first + strip, camera_.width);
-        read(in + first, first, v, end - first, z.data());
-        for (int u = first; u < end; ++u) {
+    for (int first = begin; first < end; first += OpenTiles::tile_px) {
+        std::array<float, OpenTiles::tile_px> z;
+        const int n = std::min(OpenTiles::tile_px, end - first);
+        for (int i = 0; i < n; ++i)
+            z[static_cast<std::size_t>(i)] =
+                warped_z(in[first + i]) /
+                calibration_.scale(x0 + dx * static_cast<float>(first + i), y);
+        for (int i = 0; i < n; ++i) {
+            const int u = first + i;
             if (depth[u] != 0 || in[u] == 0)
                 continue;
-            const float reading = z[static_cast<std::size_t>(u - first)];
+            const float reading = z[static_cast<std::size_t>(i)];
             const int bin = std::min(static_cast<int>(reading * (1.0f / z_bin_m)), z_bins - 1);
             depth[u] = static_cast<std::uint16_t>(reading * 1000.0f + 0.5f);
             confidence[u] = table[static_cast<std::size_t>(in[u] & warped_edge_mask)]

@@ -7,6 +7,7 @@
 #include "core/keyframe.hpp"
 #include "core/keyframe_options.hpp"
 #include "core/motion_mask.hpp"
+#include "core/open_tiles.hpp"
 #include "core/warp.hpp"
 #include "core/worker_pool.hpp"
 
@@ -51,15 +52,16 @@ private:
     using ConfidenceTable =
         std::array<std::array<std::uint8_t, z_bins>, DepthSurface::far_from_edge + 1>;
 
-    void read(const WarpedPixel *pixels, int u, int v, int count, float *z) const;
+    float per_depth(int u, int v) const;
     void merge(const MapError &error, const DepthSurface &surface);
-    int merge_row(int v, const ConfidenceTable &table);
-    float disagreement() const;
+    int merge_row(int v, int begin, int end, const ConfidenceTable &table);
+    float disagreement(const DepthSurface &surface, const Pose &pose) const;
 
     Intrinsics camera_;
     KeyframeOptions options_;
     WorkerPool &pool_;
     Warp warp_;
+    OpenTiles open_;
     DepthCalibration calibration_;
     DepthMap depth_;
     Image<std::uint8_t> confidence_;

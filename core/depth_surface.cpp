@@ -9,7 +9,9 @@ namespace afterglow {
 DepthSurface::DepthSurface(const Intrinsics &camera, const SurfaceOptions &options)
     : camera_(camera), options_(options), raw_(camera.width, camera.height),
       smooth_(camera.width, camera.height),
-      distance_(camera.width, camera.height, std::uint8_t{far_from_edge}) {}
+      distance_(camera.width, camera.height, std::uint8_t{far_from_edge}),
+      tiles_((camera.width + tile_width - 1) / tile_width,
+             (camera.height + tile_height - 1) / tile_height) {}
 
 void DepthSurface::build(DepthView depth, WorkerPool &pool, const DepthCalibration &calibration) {
     calibration_ = calibration;
@@ -20,6 +22,7 @@ void DepthSurface::build(DepthView depth, WorkerPool &pool, const DepthCalibrati
     pool.run([&](int worker) {
         smooth(rows * worker / pool.size(), rows * (worker + 1) / pool.size());
     });
+    find_ranges();
 }
 
 void DepthSurface::load(DepthView depth) {
@@ -147,6 +150,19 @@ void DepthSurface::smooth(int first_row, int end_row) {
             out[u] = (0.5f * z + sum) / (0.5f + count);
         }
     }
+}
+
+void DepthSurface::find_ranges() {
+    std::ranges::fill(tiles_.pixels(), TileDepths{});
+    for (int v = 0; v < smooth_.height(); ++v)
+        for (int u = 0; u < smooth_.width(); ++u) {
+            const float z = smooth_(u, v);
+            if (z == 0.0f)
+                continue;
+            TileDepths &range = tiles_(u / tile_width, v / tile_height);
+            range.nearest = range.farthest == 0.0f ? z : std::min(range.nearest, z);
+            range.farthest = std::max(range.farthest, z);
+        }
 }
 
 } // namespace afterglow

@@ -21,6 +21,11 @@ struct SurfaceOptions {
     int smooth_radius_px = 2;
 };
 
+/// Depths of a tile of a surface, metres; `farthest` is 0 where it has none.
+struct TileDepths {
+    float nearest = 0, farthest = 0;
+};
+
 /// One measured depth map prepared for being carried to other views: smoothed without crossing
 /// depth edges, every pixel labelled with its distance from the next depth edge or sensor hole.
 ///
@@ -29,6 +34,7 @@ class DepthSurface {
 public:
     /// Edge distances are counted up to this many pixels.
     static constexpr int far_from_edge = 7;
+    static constexpr int tile_width = 64, tile_height = 16;
 
     DepthSurface(const Intrinsics &camera, const SurfaceOptions &options);
 
@@ -42,6 +48,8 @@ public:
     ImageView<const float> z() const { return smooth_; }
     /// Pixels to the next depth edge (1 = on it), at most far_from_edge.
     ImageView<const std::uint8_t> edge_distance() const { return distance_; }
+    /// Of each tile, tile_width x tile_height pixels; those at the right and below may be smaller.
+    ImageView<const TileDepths> tiles() const { return tiles_; }
     /// Share of all pixels that have depth.
     float fill() const { return fill_; }
     /// How much the depth changes from pixel to pixel: mean |dz| / z between neighbours, per pixel,
@@ -61,6 +69,7 @@ private:
     void find_edges();
     void grow_distance();
     void smooth(int first_row, int end_row);
+    void find_ranges();
 
     Intrinsics camera_;
     DepthCalibration calibration_;
@@ -68,6 +77,7 @@ private:
     Image<float> raw_;
     Image<float> smooth_;
     Image<std::uint8_t> distance_;
+    Image<TileDepths> tiles_;
     float fill_ = 0, variation_ = 0, edge_jump_ = 0, slope_ = 0;
     float jump_sum_ = 0, slope_sum_ = 0;
     int jumps_ = 0, slopes_ = 0;

@@ -3,6 +3,7 @@
 
 #include "core/camera.hpp"
 #include "core/depth_surface.hpp"
+#include "core/open_tiles.hpp"
 #include "core/pose.hpp"
 #include "core/worker_pool.hpp"
 
@@ -45,23 +46,24 @@ class Warp {
 public:
     Warp(const Intrinsics &camera, const WarpOptions &options);
 
-    /// Carries `surface` along `pose`. `skew`: rolling shutter, see Alignment::skew.
-    void scatter(const DepthSurface &surface, const Pose &pose, WorkerPool &pool,
-                 const Eigen::Vector3f &skew = Eigen::Vector3f::Zero());
-    /// Fills the cracks of what was scattered: empty pixels with the same surface on two opposite
-    /// sides, and pixels of a far surface that show through a near one. What was hidden or outside
-    /// the picture stays empty. Where `taken` has depth already, nothing is filled.
-    void fill_cracks(const DepthSurface &surface, DepthView taken, WorkerPool &pool);
+    /// Carries `surface` along `pose` and fills cracks: empty pixels with the same surface on two
+    /// opposite sides, and pixels of a far surface that show through a near one. What was hidden or
+    /// outside the picture stays empty. Only for the pixels that are empty in `taken`, all of which
+    /// lie in `open` tiles; what result() has elsewhere means nothing.
+    /// `skew`: rolling shutter, see Placement::skew.
+    void run(const DepthSurface &surface, const Pose &pose, DepthView taken, const OpenTiles &open,
+             WorkerPool &pool, const Eigen::Vector3f &skew = Eigen::Vector3f::Zero());
 
-    /// nothing_landed where no point has.
-    ImageView<const WarpedPixel> scattered() const;
     ImageView<const WarpedPixel> result() const { return filled_; }
 
 private:
     int margin() const { return std::max(options_.crack_px, 1); }
-    void scatter_rows(const DepthSurface &surface, const Pose &pose, const Eigen::Vector3f &skew,
-                      int first_row, int end_row, bool alone);
-    void fill_row(const DepthSurface &surface, DepthView taken, int v);
+    ImageView<const WarpedPixel> landed() const;
+    bool may_land(const DepthSurface &surface, int tile_x, int tile_y, const Pose &pose,
+                  const OpenTiles &open, double margin_px) const;
+    void scatter(const DepthSurface &surface, const Pose &pose, const OpenTiles &open,
+                 const Eigen::Vector3f &skew, int first_tile_row, int end_tile_row, bool alone);
+    void fill_cracks(const DepthSurface &surface, DepthView taken, int v, int begin, int end);
     WarpedPixel fill_pixel(const DepthSurface &surface, const WarpedPixel *at) const;
 
     Intrinsics camera_;
@@ -69,6 +71,7 @@ private:
     Image<WarpedPixel> nearest_; ///< with a margin on all sides, on which nothing lands
     Image<WarpedPixel> filled_;
     Image<std::uint8_t> doubtful_; ///< pixels that may be cracks
+    Image<std::uint8_t> landing_;  ///< tiles of the surface that may land where there is room
 };
 
 } // namespace afterglow
