@@ -142,13 +142,9 @@ WarpedPixel Warp::fill_pixel(const DepthSurface &surface, const WarpedPixel *at)
     float sum = 0;
     int pairs = 0, edge = warped_edge_mask;
     for (const int step : {1, stride, stride + 1, 1 - stride}) {
-        const auto next = [&](int direction) {
-            int k = 1;
-            while (k < reach && at[k * direction] == nothing_landed)
-                ++k;
-            return k;
-        };
-        const int before = next(-step), after = next(step);
+        // The next pixels on both sides on which something landed, and how far they are.
+        const int before = at[-step] == nothing_landed && reach > 1 ? 2 : 1;
+        const int after = at[step] == nothing_landed && reach > 1 ? 2 : 1;
         const WarpedPixel a = at[-before * step], b = at[after * step];
         if (a == nothing_landed || b == nothing_landed || before + after > reach + 1)
             continue;
