@@ -4,13 +4,13 @@
 #include "core/image.hpp"
 #include "drivers/image_file.hpp"
 #include "tests/catch.hpp"
+#include "tests/temporary_folder.hpp"
 
 #include <bit>
 #include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <string>
-#include <unistd.h>
 
 namespace afterglow {
 
@@ -18,16 +18,9 @@ namespace afterglow {
 class DatasetFolder {
 public:
     /// `name` may matter: some layouts are told by it.
-    explicit DatasetFolder(const std::string &name = "sequence") {
-        char base[] = "/tmp/afterglow-dataset-XXXXXX";
-        REQUIRE(::mkdtemp(base) != nullptr);
-        base_ = base;
-        path_ = base_ + "/" + name;
+    explicit DatasetFolder(const std::string &name = "sequence") : path_(base_ / name) {
         std::filesystem::create_directories(path_);
     }
-    ~DatasetFolder() { std::filesystem::remove_all(base_); }
-    DatasetFolder(const DatasetFolder &) = delete;
-    DatasetFolder &operator=(const DatasetFolder &) = delete;
 
     const std::string &path() const { return path_; }
     /// The path of a file, whose folders are there from now on.
@@ -74,7 +67,7 @@ private:
                " " + std::to_string(highest) + "\n";
     }
 
-    std::string base_;
+    TemporaryFolder base_;
     std::string path_;
 };
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "tests/temporary_folder.hpp"
+
 #include <sys/prctl.h>
 #include <sys/wait.h>
 
@@ -8,37 +10,13 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fcntl.h>
-#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <optional>
-#include <stdexcept>
 #include <string>
 #include <unistd.h>
 #include <utility>
 #include <vector>
-
-/// A folder that is gone when the test is.
-class TemporaryFolder {
-public:
-    TemporaryFolder() {
-        path_ = std::filesystem::temp_directory_path() / "afterglow-test-XXXXXX";
-        if (::mkdtemp(path_.data()) == nullptr)
-            throw std::runtime_error("no folder for the test");
-    }
-    TemporaryFolder(const TemporaryFolder &) = delete;
-    ~TemporaryFolder() { std::filesystem::remove_all(path_); }
-
-    const std::string &path() const { return path_; }
-    /// Writes a file into it and returns its path.
-    std::string file(const std::string &name, const std::string &text) const {
-        std::ofstream(path_ + "/" + name, std::ios::binary) << text;
-        return path_ + "/" + name;
-    }
-
-private:
-    std::string path_;
-};
 
 /// One of the project's programs, running. It dies with the test, at the latest.
 class Program {

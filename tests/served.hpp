@@ -13,7 +13,7 @@
 struct Served {
     explicit Served(const std::string &configuration)
         : daemon({"afterglowd", "--bus", bus.address(), "--config",
-                  folder.file("a.toml", configuration)}) {
+                  folder.write("a.toml", configuration)}) {
         while (daemon.runs() && status().code != 0)
             ::usleep(10'000);
         INFO(daemon.errors());

@@ -66,7 +66,7 @@ Played play(const TemporaryFolder &folder, const std::string &mode) {
     const PrivateBus bus;
     Program daemon(
         {"afterglowd", "--bus", bus.address(), "--config",
-         folder.file("a.toml", "color.driver = \"replay\"\ntof.driver = \"replay\"\n"
+         folder.write("a.toml", "color.driver = \"replay\"\ntof.driver = \"replay\"\n"
                                "illuminator.driver = \"replay\"\n[replay]\npath = \"recording\"\n"
                                "real_time = false\n[gate]\nmode = \"" +
                                    mode + "\"\n")});

@@ -16,7 +16,7 @@ const std::string replay = "color.driver = \"replay\"\ntof.driver = \"replay\"\n
 TEST_CASE("a wrong configuration ends the daemon with a line for each mistake") {
     const TemporaryFolder folder;
     const std::string path =
-        folder.file("a.toml", synthetic + "[gate]\nmode = \"nope\"\n[daemon]\nworker = 1\n");
+        folder.write("a.toml", synthetic + "[gate]\nmode = \"nope\"\n[daemon]\nworker = 1\n");
     const Ended ended = run({"afterglowd", "--config", path});
     CHECK(ended.code == 78);
     CHECK(ended.errors ==
@@ -37,7 +37,7 @@ TEST_CASE("a configuration that is not there ends the daemon") {
 
 TEST_CASE("a good configuration is called good, and nothing is started") {
     const TemporaryFolder folder;
-    const std::string path = folder.file("a.toml", synthetic);
+    const std::string path = folder.write("a.toml", synthetic);
     const Ended ended = run({"afterglowd", "--check", "--config", path});
     CHECK(ended.code == 0);
     CHECK(ended.output == path + ": good\n");
@@ -45,7 +45,7 @@ TEST_CASE("a good configuration is called good, and nothing is started") {
 
 TEST_CASE("the light can be put out without a bus") {
     const TemporaryFolder folder;
-    CHECK(run({"afterglowd", "--darken", "--config", folder.file("a.toml", synthetic)}).code == 0);
+    CHECK(run({"afterglowd", "--darken", "--config", folder.write("a.toml", synthetic)}).code == 0);
 }
 
 TEST_CASE("wrong usage has an exit code of its own") {
@@ -56,7 +56,7 @@ TEST_CASE("wrong usage has an exit code of its own") {
 
 TEST_CASE("a recording that cannot be opened ends the daemon with a clear word") {
     const TemporaryFolder folder;
-    const std::string path = folder.file("a.toml", replay + "replay.path = \"nothing-here\"\n");
+    const std::string path = folder.write("a.toml", replay + "replay.path = \"nothing-here\"\n");
     const Ended missing = run({"afterglowd", "--bus", "unix:path=/nonexistent", "--config", path});
     CHECK(missing.code == 1);
     CHECK(missing.errors.find(folder.path() + "/nothing-here") != std::string::npos);
@@ -70,7 +70,7 @@ TEST_CASE("a recording that cannot be opened ends the daemon with a clear word")
 TEST_CASE("a bus that cannot be reached ends the daemon with a clear word") {
     const TemporaryFolder folder;
     const Ended ended = run({"afterglowd", "--bus", "unix:path=/nonexistent/bus", "--config",
-                             folder.file("a.toml", synthetic)});
+                             folder.write("a.toml", synthetic)});
     CHECK(ended.code == 1);
     CHECK(ended.errors.find("unix:path=/nonexistent/bus") != std::string::npos);
 }

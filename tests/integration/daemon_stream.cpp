@@ -167,7 +167,7 @@ TEST_CASE("afterglowctl says what is missing") {
 TEST_CASE("a second daemon on the same bus leaves with a clear word") {
     Served served(small_room);
     const Ended second = run({"afterglowd", "--bus", served.bus.address(), "--config",
-                              served.folder.file("b.toml", small_room)});
+                              served.folder.write("b.toml", small_room)});
     CHECK(second.code == 1);
     CHECK(second.errors.find("another daemon") != std::string::npos);
     CHECK(read_frames(served.bus.address(), 3) == 0);

@@ -236,7 +236,7 @@ TEST_CASE("what cannot be evaluated is told in one line, with exit status 1", "[
         told = dataset;
     }
     SECTION("a dump that cannot be written") {
-        options = {"--dump", folder.file("file", "") + "/dump"};
+        options = {"--dump", folder.write("file", "") + "/dump"};
         told = "/file/dump";
     }
     SECTION("a table that cannot be written") {

@@ -294,7 +294,7 @@ TEST_CASE("afterglowctl lists an OpenNI2 device and its lights, and writes over 
           std::string::npos);
     CHECK(devices.output.find("driver = \"openni2-emitter\"") != std::string::npos);
 
-    const std::string kept = room.folder.file("kept.toml", "mine");
+    const std::string kept = room.folder.write("kept.toml", "mine");
     const Ended refused = run({"afterglowctl", "probe", kept});
     CHECK(refused.code == 1);
     std::string content;

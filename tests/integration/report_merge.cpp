@@ -25,10 +25,10 @@ constexpr const char *desk = R"({"dataset": "desk", "preset": "default", "frames
 
 TEST_CASE("merge makes one report of many jobs", "[report]") {
     const TemporaryFolder folder;
-    const auto first = folder.file("a.json", desk);
+    const auto first = folder.write("a.json", desk);
     std::string other = desk;
     other.replace(other.find("desk"), 4, "hall");
-    const auto second = folder.file("b.json", other);
+    const auto second = folder.write("b.json", other);
     const Ended merged =
         run({"afterglow-eval", "merge", first, second, "--out", folder.path() + "/report"});
     CHECK(merged.errors == "");
@@ -48,7 +48,7 @@ TEST_CASE("merge names the file that it cannot read", "[report]") {
     const TemporaryFolder folder;
     for (const char *content : {"", "{", "[1, 2]", "{\"dataset\": 7}", "not JSON"}) {
         INFO(content);
-        const auto file = folder.file("job.json", content);
+        const auto file = folder.write("job.json", content);
         const Ended merged =
             run({"afterglow-eval", "merge", file, "--out", folder.path() + "/report"});
         CHECK(merged.code == 1);
@@ -84,7 +84,7 @@ TEST_CASE("jobs with different settings are told apart when they are merged", "[
             run({"afterglow-eval", "run", "synthetic", "--frames", "4", "--preset", "paper",
                  "--set", std::string("ransac.threshold=") + threshold, "--json"});
         REQUIRE(job.code == 0);
-        merge.push_back(folder.file(std::string(threshold) + ".json", job.output));
+        merge.push_back(folder.write(std::string(threshold) + ".json", job.output));
     }
     REQUIRE(run(merge).code == 0);
     const std::string csv = read(folder.path() + "/report/scores.csv");

@@ -22,7 +22,7 @@ Config load(const FoundDevices &found) {
     const Result<std::string> text = first_configuration(found);
     REQUIRE(text);
     const TemporaryFolder folder;
-    Result<Config> config = load_config(folder.file("a.toml", *text));
+    Result<Config> config = load_config(folder.write("a.toml", *text));
     INFO(*text);
     REQUIRE(config);
     return *std::move(config);

@@ -15,8 +15,8 @@ namespace {
 struct Leds {
     Leds() {
         std::filesystem::create_directory(folder.path() + "/tof");
-        folder.file("tof/brightness", "7");
-        folder.file("tof/max_brightness", "255\n");
+        folder.write("tof/brightness", "7");
+        folder.write("tof/max_brightness", "255\n");
     }
     int brightness() const {
         int value = -1;
