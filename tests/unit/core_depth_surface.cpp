@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/depth_surface.hpp"
+#include "tests/catch.hpp"
+
+#include <cmath>
+#include <random>
+
+using namespace afterglow;
+
+namespace {
+
+const Intrinsics camera{100, 100, 49.5, 34.5, 100, 70};
+
+DepthSurface surface_of(const DepthMap &map, const SurfaceOptions &options = {},
+                        const DepthCalibration &calibration = {}, int workers = 1) {
+    WorkerPool pool(workers);
+    DepthSurface surface(camera, options);
+    surface.build(map, pool, calibration);
+    return surface;
+}
+
+/// 1 m to the left of column 50, 2 m from there on.
+DepthMap step() {
+    DepthMap map(camera.width, camera.height, std::uint16_t{1000});
+    for (int v = 0; v < camera.height; ++v)
+        for (int u = 50; u < camera.width; ++u)
+            map(u, v) = 2000;
+    return map;
+}
+
+} // namespace
+
+TEST_CASE("pixels know how far they are from the next depth edge", "[core]") {
+    const DepthSurface surface = surface_of(step());
+    for (int u = 0; u < camera.width; ++u) {
+        const int distance = u < 50 ? 50 - u : u - 49;
+        CHECK(surface.edge_distance()(u, 35) == std::min(distance, DepthSurface::far_from_edge));
+    }
+}
+
+TEST_CASE("a slope is no edge, and neither is a hole inside a surface", "[core]") {
+    DepthMap map(camera.width, camera.height);
+    for (int v = 0; v < camera.height; ++v)
+        for (int u = 0; u < camera.width; ++u)
+            map(u, v) = static_cast<std::uint16_t>(1000 + 10 * u);
+    for (int u = 30; u < 34; ++u)
+        map(u, 20) = 0;
+    const DepthSurface surface = surface_of(map);
+    for (int u = 0; u < camera.width; ++u)
+        CHECK(surface.edge_distance()(u, 20) == DepthSurface::far_from_edge);
+    CHECK(surface.z()(31, 20) == 0.0f);
+}
+
+TEST_CASE("smoothing takes noise away, and nothing across an edge", "[core]") {
+    std::mt19937 random(5);
+    std::normal_distribution<double> noise(0, 4);
+    DepthMap map = step();
+    for (std::uint16_t &mm : map.pixels())
+        mm = static_cast<std::uint16_t>(std::lround(mm + noise(random)));
+    const DepthSurface surface = surface_of(map);
+    double before = 0, after = 0;
+    for (int v = 5; v < 65; ++v)
+        for (int u = 52; u < 95; ++u) {
+            before += std::pow(0.001 * map(u, v) - 2, 2);
+            after += std::pow(surface.z()(u, v) - 2.0f, 2);
+        }
+    CHECK(after < 0.2 * before);
+    for (int v = 0; v < camera.height; ++v)
+        for (int u = 0; u < camera.width; ++u)
+            REQUIRE(surface.z()(u, v) == Approx(u < 50 ? 1 : 2).margin(0.03));
+}
+
+TEST_CASE("readings that are none are left out, and the share of the rest is told", "[core]") {
+    DepthMap map(camera.width, camera.height, std::uint16_t{1000});
+    for (int v = 0; v < camera.height; ++v) {
+        map(0, v) = 0;
+        map(1, v) = 50;    // nearer than nearest_m
+        map(2, v) = 20000; // further than farthest_m
+    }
+    const DepthSurface surface = surface_of(map);
+    CHECK(surface.fill() == Approx(0.97));
+    for (int u = 0; u < 3; ++u)
+        CHECK(surface.z()(u, 35) == 0.0f);
+}
+
+TEST_CASE("readings are made true depths by the calibration", "[core]") {
+    DepthCalibration calibration;
+    calibration.shape = {0.1f, -0.05f, 0.02f};
+    const DepthSurface surface =
+        surface_of(DepthMap(camera.width, camera.height, std::uint16_t{1000}), {}, calibration);
+    for (const auto &[u, v] : {std::pair(10, 20), std::pair(80, 60)}) {
+        const double x = (u - camera.cx) / camera.fx, y = (v - camera.cy) / camera.fy;
+        const double expected = 1 + 0.1 * x - 0.05 * y + 0.02 * (x * x + y * y);
+        CHECK(surface.z()(u, v) == Approx(expected).margin(1e-3));
+    }
+}
+
+TEST_CASE("tiles tell between which depths they lie", "[core]") {
+    DepthMap map = step();
+    for (int v = 0; v < DepthSurface::tile_height; ++v)
+        for (int u = DepthSurface::tile_width; u < camera.width; ++u)
+            map(u, v) = 0;
+    const DepthSurface surface = surface_of(map);
+    CHECK(surface.tiles()(0, 0).nearest == Approx(1));
+    CHECK(surface.tiles()(0, 0).farthest == Approx(2));
+    CHECK(surface.tiles()(1, 0).farthest == 0.0f);
+    CHECK(surface.tiles()(1, 1).nearest == Approx(2));
+}
+
+TEST_CASE("any number of workers builds the same surface", "[core]") {
+    const DepthSurface one = surface_of(step()), three = surface_of(step(), {}, {}, 3);
+    for (int v = 0; v < camera.height; ++v)
+        for (int u = 0; u < camera.width; ++u)
+            REQUIRE(one.z()(u, v) == three.z()(u, v));
+}

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/direct_alignment.hpp"
+#include "core/pose_tracker.hpp"
+#include "drivers/synthetic/truth.hpp"
+#include "tests/catch.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+using namespace afterglow;
+
+namespace {
+
+const SyntheticOptions options{
+    .width = 320, .height = 240, .fps = 30, .seed = 4, .real_time = false, .noise = false};
+
+/// The synthetic room's image 0 as a template, and image k, which a test may spoil.
+struct Pair {
+    explicit Pair(std::uint64_t k)
+        : truth(options), luma(truth.luma(k)),
+          motion(truth.world_to_camera(k) * truth.world_to_camera(0).inverse()),
+          reference(truth.intrinsics(), TemplateOptions{}) {
+        const Intrinsics &camera = truth.intrinsics();
+        WorkerPool pool(1);
+        DepthSurface surface(camera, SurfaceOptions{});
+        surface.build(truth.depth(0), pool);
+        Pyramid image(camera.width, camera.height, TemplateOptions{}.coarsest_level);
+        image.build(truth.luma(0));
+        reference.build(image, surface);
+    }
+    Alignment align() const {
+        const Intrinsics &camera = truth.intrinsics();
+        Pyramid image(camera.width, camera.height, TemplateOptions{}.coarsest_level);
+        image.build(luma);
+        const std::array<Pose, 1> starts{Pose::identity()};
+        // A held camera: without it a large occluder can make a turn look like a shift.
+        constexpr float reach_m = 0.03f;
+        PosePrior prior;
+        prior.information.topLeftCorner<3, 3>().diagonal().setConstant(1 / (reach_m * reach_m));
+        return PoseTracker(AlignmentOptions{}).track(reference, image, starts, prior);
+    }
+    /// Mean image error, pixels, of a pose for points 2 m ahead.
+    double error_px(const Pose &pose) const {
+        const Intrinsics &camera = truth.intrinsics();
+        double sum = 0;
+        for (const double u : {0.2, 0.5, 0.8})
+            for (const double v : {0.2, 0.5, 0.8}) {
+                const Eigen::Vector3d X =
+                    camera.back_project(u * camera.width, v * camera.height, 2.0);
+                sum += (camera.project(pose * X) - camera.project(motion * X)).norm() / 9;
+            }
+        return sum;
+    }
+
+    SyntheticTruth truth;
+    Luma luma;
+    Pose motion;
+    AlignmentTemplate reference;
+};
+
+} // namespace
+
+TEST_CASE("an image is aligned to a small part of a pixel", "[core]") {
+    const Pair pair(GENERATE(1, 4, 8));
+    REQUIRE(pair.error_px(Pose::identity()) > 0.5);
+    const Alignment alignment = pair.align();
+    REQUIRE(alignment.good);
+    CHECK(pair.error_px(alignment.pose) < 0.1);
+    CHECK(alignment.inlier_share > 0.8f);
+}
+
+TEST_CASE("another exposure is told from another pose", "[core]") {
+    Pair pair(4);
+    for (std::uint8_t &grey : pair.luma.pixels())
+        grey = static_cast<std::uint8_t>(std::min(255.0, 20 + 0.8 * grey));
+    const Alignment alignment = pair.align();
+    REQUIRE(alignment.good);
+    CHECK(pair.error_px(alignment.pose) < 0.1);
+    CHECK(alignment.gain == Approx(0.8).margin(0.02));
+    // The gain is about a grey value of 128 or so; what counts is what it makes of the greys.
+    CHECK(alignment.gain * 100 + alignment.offset == Approx(100).margin(3));
+}
+
+TEST_CASE("what stands before a third of the picture does not pull the pose", "[core]") {
+    Pair pair(4);
+    for (int v = 0; v < options.height; ++v)
+        for (int u = 60; u < 60 + options.width / 3; ++u)
+            pair.luma(u, v) = static_cast<std::uint8_t>((u * 7 + v * 13) % 256);
+    const Alignment alignment = pair.align();
+    REQUIRE(alignment.good);
+    CHECK(pair.error_px(alignment.pose) < 0.15);
+    CHECK(alignment.inlier_share < 0.85f);
+}
+
+TEST_CASE("another place is not taken for this one", "[core]") {
+    Pair pair(1);
+    SECTION("a picture of nothing") {
+        std::ranges::fill(pair.luma.pixels(), std::uint8_t{90});
+    }
+    SECTION("a picture of something else") {
+        SyntheticOptions other = options;
+        other.seed = 99;
+        Luma elsewhere = SyntheticTruth(other).luma(0);
+        std::ranges::reverse(elsewhere.pixels());
+        pair.luma = elsewhere;
+    }
+    CHECK_FALSE(pair.align().good);
+}
+
+TEST_CASE("residuals are those of a plain computation", "[core]") {
+    const Pair pair(4);
+    const Intrinsics &full = pair.truth.intrinsics();
+    Pyramid image(full.width, full.height, TemplateOptions{}.coarsest_level);
+    image.build(pair.luma);
+    const int level = 2;
+    const ImageView<const float> grey = image.level(level);
+    const Intrinsics &camera = pair.reference.camera(level);
+    const TemplatePoints &points = pair.reference.points(level);
+    Placement at;
+    at.pose = {rotation({0.01, 0.05, -0.02}), {0.1, 0, -0.05}};
+    at.skew = {0.01f, -0.02f, 0.005f};
+    at.gain = 0.9f;
+    at.offset = 7;
+    Residuals residuals;
+    int seen = 0, unseen = 0;
+    for (int first = 0; first < points.count; first += TemplatePoints::block) {
+        find_residuals(points, first, grey, camera, at, residuals);
+        for (std::size_t i = 0; i < TemplatePoints::block; ++i) {
+            const std::size_t k = static_cast<std::size_t>(first) + i;
+            if (k >= static_cast<std::size_t>(points.count)) {
+                REQUIRE(residuals.seen[i] == 0.0f);
+                continue;
+            }
+            const Eigen::Vector3d X0(points.x[k], points.y[k], points.z[k]);
+            const Eigen::Vector3d turn = at.skew.cast<double>() * points.row[k];
+            const Eigen::Vector3d X = at.pose * (X0 + turn.cross(X0));
+            const Eigen::Vector2d p = camera.project(X);
+            if (p.x() < 0.01 || p.y() < 0.01 || p.x() > grey.width() - 1.02 ||
+                p.y() > grey.height() - 1.02) {
+                ++unseen;
+                continue;
+            }
+            REQUIRE(residuals.seen[i] == 1.0f);
+            REQUIRE(residuals.u[i] == Approx(p.x()).margin(1e-3));
+            REQUIRE(residuals.v[i] == Approx(p.y()).margin(1e-3));
+            REQUIRE(residuals.depth[i] == Approx(X.z()).margin(1e-4));
+            const int u = static_cast<int>(p.x()), v = static_cast<int>(p.y());
+            const double fu = p.x() - u, fv = p.y() - v;
+            const double value = (1 - fv) * ((1 - fu) * grey(u, v) + fu * grey(u + 1, v)) +
+                                 fv * ((1 - fu) * grey(u, v + 1) + fu * grey(u + 1, v + 1));
+            REQUIRE(residuals.error[i] ==
+                    Approx(value - at.gain * points.intensity[k] - at.offset).margin(0.1));
+            ++seen;
+        }
+    }
+    CHECK(seen > 500);
+    CHECK(unseen > 10);
+}

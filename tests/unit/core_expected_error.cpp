@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/expected_error.hpp"
+#include "tests/catch.hpp"
+
+#include <cmath>
+#include <random>
+
+using namespace afterglow;
+
+namespace {
+
+const Intrinsics camera{260, 260, 159.5, 119.5, 320, 240};
+
+/// Depth in metres at pixel (u, v) of the plane n.X = 1.
+double plane_depth(const Eigen::Vector3d &n, double u, double v) {
+    return 1 / n.dot(camera.back_project(u, v, 1));
+}
+
+DepthSurface plane(const Eigen::Vector3d &n) {
+    DepthMap map(camera.width, camera.height);
+    for (int v = 0; v < camera.height; ++v)
+        for (int u = 0; u < camera.width; ++u)
+            map(u, v) = static_cast<std::uint16_t>(std::lround(1000 * plane_depth(n, u, v)));
+    WorkerPool pool(1);
+    DepthSurface surface(camera, SurfaceOptions{});
+    surface.build(map, pool);
+    return surface;
+}
+
+/// Root mean square of dz/z over the picture of a plane that moves by samples of a motion's
+/// deviations, each on its own.
+double sampled(const Eigen::Vector3d &n, const Eigen::Matrix<double, 6, 1> &deviations) {
+    std::mt19937 random(1);
+    std::normal_distribution<double> normal;
+    double sum = 0;
+    int count = 0;
+    for (int i = 0; i < 300; ++i) {
+        Eigen::Matrix<double, 6, 1> motion;
+        for (int k = 0; k < 6; ++k)
+            motion[k] = deviations[k] * normal(random);
+        const Pose pose{rotation(motion.tail<3>()), motion.head<3>()};
+        // n.X = 1 of the moved plane: X = R^T (Y - T).
+        const Eigen::Vector3d moved = pose.R * n / (1 + (pose.R * n).dot(pose.T));
+        for (int v = 16; v < camera.height; v += 32)
+            for (int u = 16; u < camera.width; u += 32) {
+                const double change = plane_depth(moved, u, v) / plane_depth(n, u, v) - 1;
+                sum += change * change;
+                ++count;
+            }
+    }
+    return std::sqrt(sum / count);
+}
+
+} // namespace
+
+TEST_CASE("the covariance of a pose is carried into depth as samples of it are", "[core]") {
+    const Eigen::Vector3d n = GENERATE(Eigen::Vector3d{0, 0, 0.5}, Eigen::Vector3d{0.25, 0.1, 0.4});
+    Eigen::Matrix<double, 6, 1> deviations = Eigen::Matrix<double, 6, 1>::Zero();
+    SECTION("forwards") {
+        deviations[2] = 0.01;
+    }
+    SECTION("sideways") {
+        deviations[0] = 0.01;
+    }
+    SECTION("turning") {
+        deviations[4] = 0.005;
+    }
+    SECTION("all of it") {
+        deviations << 0.004, 0.006, 0.003, 0.002, 0.004, 0.003;
+    }
+    const Eigen::Matrix<double, 6, 6> C = deviations.array().square().matrix().asDiagonal();
+    const MapError error =
+        map_error(plane(n), camera, Pose::identity(), C.cast<float>(), ErrorOptions{});
+    CHECK(error.pose_relative == Approx(sampled(n, deviations)).epsilon(0.1).margin(2e-4));
+}
+
+TEST_CASE("a pose that is known costs no depth, and motion shifts pixels by its share", "[core]") {
+    const DepthSurface surface = plane({0, 0, 0.5});
+    const auto known = Eigen::Matrix<float, 6, 6>::Zero();
+    const MapError still = map_error(surface, camera, Pose::identity(), known, ErrorOptions{});
+    CHECK(still.pose_relative == 0.0f);
+    CHECK(still.motion_px == Approx(0).margin(1e-4));
+    // 0.1 m sideways at 2 m: 13 pixels.
+    const Pose moved{Eigen::Matrix3d::Identity(), {0.1, 0, 0}};
+    const MapError error = map_error(surface, camera, moved, known, ErrorOptions{});
+    CHECK(error.motion_px == Approx(13).epsilon(0.01));
+    CHECK(error.shift_px == Approx(13 * ErrorOptions{}.calibration).epsilon(0.01));
+}
+
+TEST_CASE("a pixel's error falls with its distance from an edge and grows with noise", "[core]") {
+    DepthMap map(camera.width, camera.height, std::uint16_t{2000});
+    for (int v = 60; v < 180; ++v)
+        for (int u = 80; u < 240; ++u)
+            map(u, v) = 1000;
+    WorkerPool pool(1);
+    DepthSurface surface(camera, SurfaceOptions{});
+    surface.build(map, pool);
+    const auto known = Eigen::Matrix<float, 6, 6>::Zero();
+    const MapError error = map_error(surface, camera, Pose::identity(), known, ErrorOptions{});
+    const SensorNoise noise;
+    for (int distance = 1; distance < DepthSurface::far_from_edge; ++distance)
+        CHECK(pixel_error(error, noise, 0.7f, 1.0f, distance) >
+              pixel_error(error, noise, 0.7f, 1.0f, distance + 1));
+    CHECK(pixel_error(error, noise, 0.7f, 4.0f, 7) > pixel_error(error, noise, 0.7f, 1.0f, 7));
+}
+
+TEST_CASE("a view in which nothing of a map lies has no error to tell of", "[core]") {
+    const MapError error =
+        map_error(plane({0, 0, 0.5}), camera, Pose{Eigen::Matrix3d::Identity(), {50, 0, 0}},
+                  Eigen::Matrix<float, 6, 6>::Identity(), ErrorOptions{});
+    CHECK(std::isfinite(error.shift_px));
+    CHECK(error.motion_px == 0.0f);
+}

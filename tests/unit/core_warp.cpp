@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/warp.hpp"
+#include "tests/catch.hpp"
+
+#include <cmath>
+#include <random>
+
+using namespace afterglow;
+
+namespace {
+
+/// A camera of an odd size, so that neither vectors nor tiles fit.
+const Intrinsics camera{150, 150, 74.3, 50.8, 149, 103};
+
+SurfaceOptions as_measured() {
+    SurfaceOptions options;
+    options.smooth_radius_px = 0;
+    return options;
+}
+
+/// Warps a map, millimetres, into an empty view.
+struct Carried {
+    explicit Carried(const DepthMap &map, const Pose &pose, int workers = 1,
+                     const WarpOptions &options = {}, const DepthMap *taken = nullptr)
+        : depth(camera.width, camera.height) {
+        WorkerPool pool(workers);
+        DepthSurface surface(camera, as_measured());
+        surface.build(map, pool);
+        const DepthMap empty(camera.width, camera.height);
+        OpenTiles open(camera.width, camera.height);
+        open.find(taken ? *taken : empty);
+        Warp warp(camera, options);
+        warp.run(surface, pose, taken ? *taken : empty, open, pool, skew);
+        for (int v = 0; v < camera.height; ++v)
+            open.for_each_run(v, [&](int begin, int end) {
+                for (int u = begin; u < end; ++u) {
+                    depth(u, v) = warped_z(warp.result()(u, v));
+                    cracks += (warp.result()(u, v) & warped_crack) != 0;
+                }
+            });
+    }
+    Eigen::Vector3f skew = Eigen::Vector3f::Zero();
+    Image<float> depth; ///< metres, 0 = none
+    int cracks = 0;
+};
+
+DepthMap wall(std::uint16_t mm) {
+    return {camera.width, camera.height, mm};
+}
+
+/// A wall 2 m ahead with a plate 1 m ahead, from column 50 to 89 and row 30 to 69.
+DepthMap wall_and_plate() {
+    DepthMap map = wall(2000);
+    for (int v = 30; v < 70; ++v)
+        for (int u = 50; u < 90; ++u)
+            map(u, v) = 1000;
+    return map;
+}
+
+Pose shifted(double x, double y, double z) {
+    return {Eigen::Matrix3d::Identity(), {x, y, z}};
+}
+
+WarpOptions all_carried() {
+    WarpOptions options;
+    options.least_edge_distance_px = 1;
+    return options;
+}
+
+} // namespace
+
+TEST_CASE("a map that is carried nowhere stays as it was", "[core]") {
+    std::mt19937 random(1);
+    DepthMap map = wall(0);
+    for (std::uint16_t &mm : map.pixels())
+        mm = random() % 5 == 0 ? 0 : static_cast<std::uint16_t>(1500 + random() % 20);
+    WarpOptions options = all_carried();
+    options.crack_px = 0;
+    const Carried carried(map, Pose::identity(), 1, options);
+    for (int v = 0; v < camera.height; ++v)
+        for (int u = 0; u < camera.width; ++u)
+            REQUIRE(carried.depth(u, v) == Approx(0.001 * map(u, v)).margin(1e-4));
+}
+
+TEST_CASE("a point lands where it projects, on the depth it has there", "[core]") {
+    const Pose pose{rotation({0.02, -0.03, 0.05}), {0.03, -0.02, 0.05}};
+    DepthMap map = wall(0);
+    for (int v = 4; v < camera.height; v += 9)
+        for (int u = 4; u < camera.width; u += 9)
+            map(u, v) = static_cast<std::uint16_t>(1000 + 10 * u + v);
+    const Carried carried(map, pose, 1, all_carried());
+    int landed = 0;
+    for (int v = 4; v < camera.height; v += 9)
+        for (int u = 4; u < camera.width; u += 9) {
+            const Eigen::Vector3d X = pose * camera.back_project(u, v, 0.001 * map(u, v));
+            const Eigen::Vector2d p = camera.project(X) + Eigen::Vector2d::Constant(0.5);
+            // What lands within a thousandth of a pixel of two of them may go to either.
+            if (std::abs(p.x() - std::round(p.x())) < 1e-3 ||
+                std::abs(p.y() - std::round(p.y())) < 1e-3)
+                continue;
+            const Eigen::Vector2i at = p.array().floor().cast<int>();
+            if (!carried.depth.view().contains(at.x(), at.y()))
+                continue;
+            REQUIRE(carried.depth(at.x(), at.y()) == Approx(X.z()).margin(1e-4));
+            ++landed;
+        }
+    CHECK(landed > 150);
+}
+
+TEST_CASE("of what lands on one pixel the nearest wins", "[core]") {
+    // The plate goes 15 pixels to the right, the wall half of that.
+    const Carried carried(wall_and_plate(), shifted(0.1, 0, 0), 1, all_carried());
+    for (int v = 32; v < 68; ++v)
+        for (int u = 67; u < 103; ++u)
+            REQUIRE(carried.depth(u, v) == Approx(1).margin(1e-3));
+}
+
+TEST_CASE("what a near surface uncovers stays empty, and its outline is not fattened", "[core]") {
+    const Carried carried(wall_and_plate(), shifted(0.1, 0, 0), 1, all_carried());
+    int near = 0, uncovered = 0;
+    for (int v = 35; v < 65; ++v)
+        for (int u = 0; u < camera.width; ++u) {
+            near += carried.depth(u, v) > 0.9f && carried.depth(u, v) < 1.1f;
+            uncovered += u >= 58 && u < 65 && carried.depth(u, v) == 0.0f;
+        }
+    CHECK(near == 30 * 40);
+    CHECK(uncovered >= 30 * 6);
+}
+
+TEST_CASE("a surface that comes nearer tears, and its cracks are filled", "[core]") {
+    const Pose nearer = shifted(0, 0, -0.4); // 2 m to 1.6 m: one pixel in five is missed
+    WarpOptions torn;
+    torn.crack_px = 0;
+    const auto holes = [](const Carried &carried) {
+        int count = 0;
+        for (int v = 10; v < camera.height - 10; ++v)
+            for (int u = 10; u < camera.width - 10; ++u)
+                count += carried.depth(u, v) == 0.0f;
+        return count;
+    };
+    const Carried left(wall(2000), nearer, 1, torn), filled(wall(2000), nearer);
+    CHECK(left.cracks == 0);
+    CHECK(holes(left) > 2000);
+    CHECK(filled.cracks > 2000);
+    CHECK(holes(filled) == 0);
+    for (const float z : filled.depth.pixels())
+        REQUIRE((z == 0.0f || std::abs(z - 1.6f) < 1e-3f));
+}
+
+TEST_CASE("a far surface does not show through the cracks of a near one", "[core]") {
+    // The plate comes from 1 m to 0.7 m and is torn; the wall behind it lands in its cracks.
+    const Carried carried(wall_and_plate(), shifted(0, 0, -0.3));
+    for (int v = 35; v < 60; ++v)
+        for (int u = 55; u < 90; ++u)
+            REQUIRE(carried.depth(u, v) < 1.0f);
+}
+
+TEST_CASE("any number of workers carries the same bits", "[core]") {
+    const Pose pose{rotation({0.02, 0.1, 0.05}), {0.1, -0.05, -0.2}};
+    const Carried one(wall_and_plate(), pose);
+    for (const int workers : {2, 3, 7})
+        CHECK(Carried(wall_and_plate(), pose, workers).depth == one.depth);
+}
+
+TEST_CASE("what is taken already changes nothing in the rest", "[core]") {
+    const Pose pose{rotation({0.02, 0.1, 0.05}), {0.1, -0.05, -0.2}};
+    std::mt19937 random(7);
+    DepthMap taken(camera.width, camera.height);
+    // Whole regions, so that whole tiles of the surface are left out.
+    for (int n = 0; n < 12; ++n) {
+        const int u0 = static_cast<int>(random() % 120), v0 = static_cast<int>(random() % 80);
+        for (int v = v0; v < std::min(v0 + 50, camera.height); ++v)
+            for (int u = u0; u < std::min(u0 + 60, camera.width); ++u)
+                taken(u, v) = 1;
+    }
+    const Carried whole(wall_and_plate(), pose);
+    const Carried part(wall_and_plate(), pose, 1, {}, &taken);
+    int compared = 0;
+    for (int v = 0; v < camera.height; ++v)
+        for (int u = 0; u < camera.width; ++u) {
+            if (taken(u, v) != 0)
+                continue;
+            REQUIRE(part.depth(u, v) == whole.depth(u, v));
+            ++compared;
+        }
+    CHECK(compared > 200);
+}
+
+TEST_CASE("nothing lands from behind the camera, from nowhere, or by a pose that is none",
+          "[core]") {
+    const double nan = std::nan("");
+    for (const Pose &pose : {shifted(0, 0, -3), shifted(100, 0, 0), shifted(nan, 0, 0),
+                             shifted(0, 0, 1e9), Pose{Eigen::Matrix3d::Constant(nan), {0, 0, 0}}}) {
+        const Carried carried(wall(2000), pose);
+        for (const float z : carried.depth.pixels())
+            REQUIRE(z == 0.0f);
+    }
+}
