@@ -12,6 +12,9 @@ namespace {
 
 constexpr int unknowns = 11; // v, w, skew, gain, offset
 constexpr int at_skew = 6, at_gain = 9, at_offset = 10;
+/// The gain is solved for about a middle grey value and in units of its own, so that its column is
+/// as large as the others.
+constexpr float gain_unit = 0.01f, middle_grey = 128;
 using Vector = Eigen::Matrix<float, unknowns, 1>;
 using Matrix = Eigen::Matrix<float, unknowns, unknowns>;
 using Block = Eigen::Array<float, TemplatePoints::block, 1>;
@@ -19,6 +22,7 @@ using Block = Eigen::Array<float, TemplatePoints::block, 1>;
 constexpr int bins = 64;
 constexpr float bin_width = 0.125f; // in expected deviations
 constexpr float inlier_limit = 2.5f;
+constexpr float least_gain = 0.4f, most_gain = 2.5f;
 /// Geman-McClure width in units of the residuals' own scale.
 constexpr float robust_width = 2.5f;
 
@@ -38,6 +42,7 @@ struct DirectAlignment::Sums {
     Vector g;
     std::array<int, bins> histogram;
     float cost;
+    float energy; ///< weighted sum of squared residuals, grey values
     int inliers;
     int visible;
 
@@ -51,6 +56,19 @@ struct DirectAlignment::Sums {
                    (r * r + width2);
         }
         return sum / static_cast<float>(std::max(visible, 1));
+    }
+    /// Weighted correlation of the grey values seen with the template's, at that gain. NaN if one
+    /// of them has no contrast.
+    double correlation(double gain) const {
+        // In the units of the unknown gain: what is seen is slope * k + error + something.
+        const double slope = gain / gain_unit;
+        const double n = H(at_offset, at_offset);
+        const double mean_k = H(at_gain, at_offset) / n, mean_e = g[at_offset] / n;
+        const double var_k = H(at_gain, at_gain) / n - mean_k * mean_k;
+        const double cov = g[at_gain] / n - mean_k * mean_e;
+        const double var_e = energy / n - mean_e * mean_e;
+        const double var_seen = var_e + slope * (2 * cov + slope * var_k);
+        return (cov + slope * var_k) / std::sqrt(var_k * var_seen);
     }
     /// Median of |residual| / expected deviation.
     float median() const {
@@ -71,7 +89,7 @@ void DirectAlignment::accumulate(const AlignmentTemplate &reference, ImageView<c
     sums.H.setZero();
     sums.g.setZero();
     sums.histogram.fill(0);
-    sums.cost = 0;
+    sums.cost = sums.energy = 0;
     sums.inliers = sums.visible = 0;
     const TemplatePoints &points = reference.points(level);
     const float noise2 = options_.pixel_noise * options_.pixel_noise;
@@ -99,11 +117,12 @@ void DirectAlignment::accumulate(const AlignmentTemplate &reference, ImageView<c
         const Block robust = width2 / (r2 + width2);
         sums.cost += (seen * (1.0f - robust)).sum();
         const Block weight = seen * robust.square() * inv_s2;
+        sums.energy += (weight * error.square()).sum();
 
         J.leftCols<6>() = at.gain * points.J.middleRows<TemplatePoints::block>(first);
         for (int i = 0; i < 3; ++i)
             J.col(at_skew + i).array() = J.col(3 + i).array() * column(points.row);
-        J.col(at_gain).array() = 0.01f * (column(points.intensity) - 128.0f);
+        J.col(at_gain).array() = gain_unit * (column(points.intensity) - middle_grey);
         J.col(at_offset).setOnes();
         weighted.array() = J.array().colwise() * weight;
         for (int i = 0; i < unknowns; ++i) {
@@ -158,9 +177,9 @@ Alignment DirectAlignment::align(const AlignmentTemplate &reference, const Pyram
             const Pose step{rotation(w), v};
             at.pose = at.pose * step.inverse();
             at.skew -= x.segment<3>(at_skew);
-            const float gain = at.gain + 0.01f * x[at_gain];
-            at.offset += x[at_offset] - 1.28f * x[at_gain];
-            at.gain = std::clamp(gain, 0.4f, 2.5f);
+            const float gain = at.gain + gain_unit * x[at_gain];
+            at.offset += x[at_offset] - gain_unit * middle_grey * x[at_gain];
+            at.gain = std::clamp(gain, least_gain, most_gain);
             const double moved = reference.camera(level).fx * (w.norm() + v.norm() / 1.0);
             if (moved < 0.02 || (i > 2 && std::abs(previous_cost - cost) < 1e-4f))
                 break;
@@ -191,8 +210,8 @@ Alignment DirectAlignment::judge(const AlignmentTemplate &reference, const Pyram
         const Eigen::Vector2f x = H.ldlt().solve(sums.g.tail<2>());
         if (!x.allFinite())
             return at;
-        at.offset += x[1] - 1.28f * x[0];
-        at.gain = std::clamp(at.gain + 0.01f * x[0], 0.4f, 2.5f);
+        at.offset += x[1] - gain_unit * middle_grey * x[0];
+        at.gain = std::clamp(at.gain + gain_unit * x[0], least_gain, most_gain);
     }
     const float visible = static_cast<float>(sums.visible);
     at.points = sums.visible;
@@ -208,7 +227,9 @@ Alignment DirectAlignment::judge(const AlignmentTemplate &reference, const Pyram
         H(k, k) += 1e-5f * H(k, k) + 1e-9f;
     const Matrix C = H.ldlt().solve(Matrix::Identity());
     at.covariance = C.topLeftCorner<6, 6>();
-    at.good = C.allFinite() && at.inlier_share >= options_.least_inlier_share;
+    at.correlation = static_cast<float>(sums.correlation(at.gain));
+    at.good = C.allFinite() && at.inlier_share >= options_.least_inlier_share &&
+              at.correlation >= options_.least_correlation;
     return at;
 }
 

@@ -19,6 +19,9 @@ struct AlignmentOptions {
     float independent_share = 0.01f;
     /// A pose is believed when at least this share of the points in view fits it ...
     float least_inlier_share = 0.4f;
+    /// ... when what is seen correlates with the keyframe by this much: of other places, with a low
+    /// gain, half may fit, but they do not look alike ...
+    float least_correlation = 0.8f;
     /// ... and at least this many points are in view.
     int least_points = 60;
 };
@@ -36,6 +39,7 @@ struct PosePrior {
 struct Alignment : Placement {
     float cost = 1e9f;        ///< mean robust cost of the points in view on a fixed scale, 0..1
     float inlier_share = 0;   ///< of the points in view: residual below 2.5 expected deviations
+    float correlation = 0;    ///< robust, of grey values in view with the template's
     float visible_share = 0;  ///< of the template's points
     float residual_scale = 0; ///< median |residual| / expected deviation, as a Gaussian's sigma
     int points = 0;           ///< in view, finest level

@@ -93,19 +93,22 @@ TEST_CASE("what stands before a third of the picture does not pull the pose", "[
     CHECK(alignment.inlier_share < 0.85f);
 }
 
-TEST_CASE("another place is not taken for this one", "[core]") {
+TEST_CASE("a picture of nothing is not taken for this place", "[core]") {
     Pair pair(1);
-    SECTION("a picture of nothing") {
-        std::ranges::fill(pair.luma.pixels(), std::uint8_t{90});
-    }
-    SECTION("a picture of something else") {
-        SyntheticOptions other = options;
-        other.seed = 99;
-        Luma elsewhere = SyntheticTruth(other).luma(0);
-        std::ranges::reverse(elsewhere.pixels());
-        pair.luma = elsewhere;
-    }
+    std::ranges::fill(pair.luma.pixels(), std::uint8_t{90});
     CHECK_FALSE(pair.align().good);
+}
+
+TEST_CASE("other places are not taken for this one", "[core]") {
+    Pair pair(1);
+    for (std::uint64_t seed = 100; seed < 130; ++seed) {
+        SyntheticOptions other = options;
+        other.seed = seed;
+        pair.luma = SyntheticTruth(other).luma(0);
+        CHECK_FALSE(pair.align().good);
+        std::ranges::reverse(pair.luma.pixels());
+        CHECK_FALSE(pair.align().good);
+    }
 }
 
 TEST_CASE("residuals are those of a plain computation", "[core]") {
