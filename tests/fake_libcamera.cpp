@@ -7,6 +7,7 @@
 //     f an image: pixels, number and time are its place in the stream; waits until it was read
 //     F the same, without waiting     L the one before the last, only now     g a gap of one
 //     d a bad image     s a short one     u "was unplugged"     r rubbish     x ends
+//     B an image in a buffer that there is not
 //
 // Asked to list it does the same with FAKE_LIBCAMERA_LIST: c a camera with one mode, m says
 // nothing, n says that libcamera does not start, x ends.
@@ -109,6 +110,14 @@ public:
         case 'u':
             say(Kind::failed, "the camera 'X' was unplugged", 19);
             break;
+        case 'B': {
+            Report report;
+            report.kind = Kind::frame;
+            report.buffer = buffers;
+            report.sequence = number_++;
+            send(helper_socket, report);
+            break;
+        }
         case 'r':
             ::send(helper_socket, "rubbish", 7, 0);
             break;

@@ -12,6 +12,7 @@
 #include <fmt/ranges.h>
 #include <sys/socket.h>
 
+#include <cassert>
 #include <cerrno>
 #include <cmath>
 #include <optional>
@@ -60,8 +61,9 @@ public:
 
 private:
     Status await_streaming();
-    /// The newest of the reports that have come; those before it are passed over.
-    Capture take_newest(std::optional<Report> &newest);
+    /// The newest of the images that have come, if one has; those before it are passed over. False
+    /// if the camera is lost.
+    bool take_newest(std::optional<Report> &newest);
     Capture accept(const Report &report, ColorFrame &frame);
     void release(const Report &frame);
     Capture lost(std::string_view why);
@@ -136,10 +138,11 @@ void LibcameraColor::stop() {
 }
 
 Capture LibcameraColor::read(ColorFrame &frame, std::chrono::nanoseconds timeout) {
+    assert(process_);
     const Time deadline = now() + timeout;
     for (;;) {
         std::optional<Report> newest;
-        if (take_newest(newest) == Capture::lost)
+        if (!take_newest(newest))
             return Capture::lost;
         if (newest)
             return accept(*newest, frame);
@@ -152,24 +155,27 @@ Capture LibcameraColor::read(ColorFrame &frame, std::chrono::nanoseconds timeout
     }
 }
 
-Capture LibcameraColor::take_newest(std::optional<Report> &newest) {
+bool LibcameraColor::take_newest(std::optional<Report> &newest) {
     Report report;
     for (;;) {
         switch (receive(process_->socket(), report, descriptors_)) {
         case Received::nothing:
-            return newest ? Capture::frame : Capture::none;
+            return true;
         case Received::end:
-            return lost("was lost: libcamera's process ended");
+            lost("was lost: libcamera's process ended");
+            return false;
         case Received::message:
             break;
         }
         if (report.kind == Kind::failed) {
             problem_ = report.text.data();
-            return Capture::lost;
+            return false;
         }
         const bool is_frame = report.kind == Kind::frame && report.buffer < buffers_.count();
-        if (!is_frame && report.kind != Kind::damaged)
-            return lost("was lost: libcamera's process is not understood");
+        if (!is_frame && report.kind != Kind::damaged) {
+            lost("was lost: libcamera's process is not understood");
+            return false;
+        }
         const bool is_first = !std::exchange(begun_, true);
         if (is_first || comes_late(report.sequence, last_number_)) {
             release(report);

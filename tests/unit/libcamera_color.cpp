@@ -5,6 +5,7 @@
 
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <filesystem>
@@ -129,6 +130,7 @@ TEST_CASE("a camera of libcamera's that goes is lost, with the reason, and can b
         {"ffu", "the camera 'X' was unplugged"},
         {"ffx", "the camera 'ffx' was lost: libcamera's process ended"},
         {"ffr", "the camera 'ffr' was lost: libcamera's process ended"},
+        {"ffB", "the camera 'ffB' was lost: libcamera's process is not understood"},
         {"ffh", "the camera 'ffh' gives no images"},
     }));
     Camera camera(script);
