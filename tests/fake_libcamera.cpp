@@ -158,7 +158,8 @@ void list(const std::string &script) {
 int main(int, char **argv) {
     ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (std::string(argv[1]) == "list") {
-        list(std::getenv("FAKE_LIBCAMERA_LIST"));
+        const char *script = std::getenv("FAKE_LIBCAMERA_LIST");
+        list(script != nullptr ? script : "");
         hang();
     }
     const std::string script = argv[2];

@@ -62,6 +62,7 @@ public:
         variables.push_back(quiet);
         variables.push_back(nullptr);
         std::vector<char *> words;
+        words.reserve(command.size() + 1);
         for (std::string &word : command)
             words.push_back(word.data());
         words.push_back(nullptr);
