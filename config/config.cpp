@@ -182,7 +182,7 @@ private:
         const auto &[color, tof, light] = std::tie(config_.color, config_.tof, config_.illuminator);
         require(color.driver != ColorDriver::replay || !config_.replay.path.empty(), "replay.path",
                 "the folder of a recording");
-        if (color.driver == ColorDriver::v4l2) {
+        if (color.driver == ColorDriver::v4l2 || color.driver == ColorDriver::libcamera) {
             require(!color.device.empty(), "color.device", "afterglowctl devices lists them");
             require(color.camera.fx > 0, "color.fx", "the focal length, pixels");
             require(color.camera.fy > 0, "color.fy", "the focal length, pixels");

@@ -15,7 +15,7 @@
 namespace afterglow {
 
 /// Who gives images, depth and light. A build may leave out the drivers of real devices.
-enum class ColorDriver : std::uint8_t { synthetic, replay, v4l2 };
+enum class ColorDriver : std::uint8_t { synthetic, replay, v4l2, libcamera };
 enum class TofDriver : std::uint8_t { synthetic, replay, v4l2, openni2 };
 enum class LightDriver : std::uint8_t {
     synthetic,
@@ -43,10 +43,10 @@ struct Config {
 
     struct Color {
         ColorDriver driver = ColorDriver::synthetic;
-        std::string device; ///< a path or name
+        std::string device; ///< for V4L2 a path or name, for libcamera an id
         Intrinsics camera = {0, 0, 0, 0, 640, 480};
         double fps = 30;
-        std::string format; ///< V4L2: a FourCC; "" = the cheapest
+        std::string format; ///< a FourCC of V4L2; "" = the cheapest
     } color;
 
     struct Tof {

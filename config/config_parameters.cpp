@@ -7,7 +7,8 @@ namespace afterglow {
 
 std::span<const Parameter<Config>> config_parameters() {
     // In the order of their enumerations.
-    static constexpr std::string_view color_drivers[] = {"synthetic", "replay", "v4l2"};
+    static constexpr std::string_view color_drivers[] = {"synthetic", "replay", "v4l2",
+                                                         "libcamera"};
     static constexpr std::string_view tof_drivers[] = {"synthetic", "replay", "v4l2", "openni2"};
     static constexpr std::string_view light_drivers[] = {"synthetic",       "replay",        "none",
                                                          "v4l2-control",    "led",           "gpio",
@@ -20,7 +21,8 @@ std::span<const Parameter<Config>> config_parameters() {
          [](Config &c) { return enum_field(c.color.driver); }},
         {"color.device",
          {},
-         "v4l2: a path, a name in /dev/v4l, bus information or a card",
+         "v4l2: a path, a name in /dev/v4l, bus information or a card; libcamera: an id or a part "
+         "of it",
          [](Config &c) -> Field { return &c.color.device; }},
         {"color.width",
          {.minimum = 16, .maximum = 4096, .unit = "pixels"},
@@ -52,7 +54,7 @@ std::span<const Parameter<Config>> config_parameters() {
          [](Config &c) -> Field { return &c.color.fps; }},
         {"color.format",
          {},
-         "v4l2: a FourCC; \"\" = the one whose luma costs least",
+         "v4l2, libcamera: a FourCC; \"\" = the one whose luma costs least",
          [](Config &c) -> Field { return &c.color.format; }},
         {"tof.driver",
          {.choices = tof_drivers},

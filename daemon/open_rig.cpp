@@ -6,6 +6,9 @@
 #ifdef AFTERGLOW_WITH_V4L2
 #include "drivers/v4l2/v4l2.hpp"
 #endif
+#ifdef AFTERGLOW_WITH_LIBCAMERA
+#include "drivers/libcamera/libcamera.hpp"
+#endif
 #ifdef AFTERGLOW_WITH_OPENNI2
 #include "drivers/openni2/openni2.hpp"
 #endif
@@ -48,6 +51,12 @@ Result<std::unique_ptr<ColorSource>> open_color(const Config &config) {
         return open_v4l2_color({color.device, color.camera, color.fps, color.format});
 #else
         return left_out("V4L2");
+#endif
+    case ColorDriver::libcamera:
+#ifdef AFTERGLOW_WITH_LIBCAMERA
+        return open_libcamera_color({color.device, color.camera, color.fps, color.format});
+#else
+        return left_out("libcamera");
 #endif
     }
     return Error{"there is no such driver", 0};

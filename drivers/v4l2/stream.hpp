@@ -3,6 +3,7 @@
 
 #include "core/result.hpp"
 #include "core/unique_fd.hpp"
+#include "drivers/patience.hpp"
 #include "drivers/source.hpp"
 #include "drivers/v4l2/buffer_queue.hpp"
 #include "drivers/v4l2/frame_time.hpp"
@@ -32,21 +33,13 @@ enum class Backlog {
     in_order ///< each is given, oldest first
 };
 
-/// How long a camera may give nothing before it counts as stuck. USB cameras take a second or two
-/// from sleep to their first image.
-struct Patience {
-    std::chrono::nanoseconds first_frame = std::chrono::seconds(3);
-    std::chrono::nanoseconds next_frame = std::chrono::seconds(1);
-
-    static constexpr Patience endless() { return {std::chrono::years(1), std::chrono::years(1)}; }
-};
-
 /// Streams a camera's frames.
 ///
 ///   stopped ─start()─▶ streaming ─device gone, errors, silence─▶ Capture::lost ─start()─▶ ...
 ///
 /// The first frame after each start is passed over: it may be one from before, with a new time
-/// (v4l2loopback), or half exposed. One thread at a time, the estimator's. next() allocates nothing but to describe a problem.
+/// (v4l2loopback), or half exposed. One thread at a time, the estimator's. next() allocates nothing
+/// but to describe a problem.
 class Stream {
 public:
     /// `wish.formats` must outlive the stream.

@@ -87,7 +87,7 @@ template <class Options>
 Result<std::vector<std::uint32_t>> formats_wanted(const Options &options,
                                                   std::span<const std::uint32_t> known) {
     if (options.device.empty())
-        return Error{"no V4L2 device is named", 0};
+        return Error{"no camera is named", 0};
     const Intrinsics &camera = options.camera;
     if (camera.width < 1 || camera.height < 1 || !(camera.fx > 0) || !(camera.fy > 0))
         return Error{

@@ -109,7 +109,7 @@ TEST_CASE("a configuration that cannot be read says why") {
 
 TEST_CASE("an empty configuration misses its three drivers") {
     CHECK(problems("") ==
-          "a.toml:1: color.driver: is missing (one of synthetic, replay, v4l2)\n"
+          "a.toml:1: color.driver: is missing (one of synthetic, replay, v4l2, libcamera)\n"
           "a.toml:1: tof.driver: is missing (one of synthetic, replay, v4l2, openni2)\n"
           "a.toml:1: illuminator.driver: is missing (one of synthetic, replay, none, v4l2-control, "
           "led, gpio, openni2-emitter, openni2-stream)");
@@ -118,7 +118,8 @@ TEST_CASE("an empty configuration misses its three drivers") {
 TEST_CASE("an unknown driver is answered with those of this build") {
     CHECK(problems("color.driver = \"v4l3\"\ntof.driver = \"synthetic\"\n"
                    "illuminator.driver = \"synthetic\"\n") ==
-          "a.toml:1: color.driver: \"v4l3\" is not allowed (one of synthetic, replay, v4l2)");
+          "a.toml:1: color.driver: \"v4l3\" is not allowed (one of synthetic, replay, v4l2, "
+          "libcamera)");
 }
 
 TEST_CASE("real cameras are taken with all that they need") {

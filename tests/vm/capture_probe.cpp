@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// capture_probe KEY=VALUE...: the V4L2 drivers alone, as the daemon uses them. Prints what happens,
-// with the milliseconds of CLOCK_MONOTONIC, and at the end a line of what happened how often.
+// capture_probe KEY=VALUE...: the drivers of V4L2 and libcamera alone, as the daemon uses them.
+// Prints what happens, with the milliseconds of CLOCK_MONOTONIC, and at the end a line of what
+// happened how often.
 //
 //     device=NAME width=N height=N fps=N format=FOURCC
+//     libcamera=1   device is an id of libcamera's
 //     frames=N      ends after so many frames          seconds=N   or after so long
 //     tof=MM        it is a depth camera of so many millimetres a unit
 //     pattern=1     its images are those of test_pattern.hpp
@@ -11,6 +13,9 @@
 //     cycles=N      starts, takes a frame and stops, so often; then counts what was left behind
 //     light=CONTROL lights it, waits for seconds=N, and ends
 #include "core/unique_fd.hpp"
+#ifdef AFTERGLOW_WITH_LIBCAMERA
+#include "drivers/libcamera/libcamera.hpp"
+#endif
 #include "drivers/v4l2/v4l2.hpp"
 #include "tests/vm/test_pattern.hpp"
 
@@ -228,16 +233,16 @@ int shine(const Arguments &arguments) {
     return 0;
 }
 
-template <class Source, class Frame, class Options>
-int run(Result<std::unique_ptr<Source>> (*open)(const Options &, SystemCalls &), Options options,
-        const Arguments &arguments) {
+template <class Source, class Frame, class Options, class Environment>
+int run(Result<std::unique_ptr<Source>> (*open)(const Options &, Environment), Options options,
+        Environment environment, const Arguments &arguments) {
     options.device = arguments.text("device", "/dev/video0");
     options.camera.width = static_cast<int>(arguments.number("width", 320));
     options.camera.height = static_cast<int>(arguments.number("height", 240));
     options.camera.fx = options.camera.fy = options.camera.width;
     options.fps = arguments.number("fps", 30);
     options.format = arguments.text("format");
-    auto source = open(options, linux_calls());
+    auto source = open(options, environment);
     if (!source) {
         say("refused: " + source.error().message);
         return 1;
@@ -255,9 +260,16 @@ int main(int argc, char **argv) {
     const vm::Arguments arguments(argc, argv);
     if (arguments.has("light"))
         return vm::shine(arguments);
+#ifdef AFTERGLOW_WITH_LIBCAMERA
+    if (arguments.has("libcamera"))
+        return vm::run<ColorSource, ColorFrame, LibcameraColorOptions, const std::string &>(
+            open_libcamera_color, {}, libcamera_helper(), arguments);
+#endif
     if (!arguments.has("tof"))
-        return vm::run<ColorSource, ColorFrame>(open_v4l2_color, V4l2ColorOptions(), arguments);
+        return vm::run<ColorSource, ColorFrame, V4l2ColorOptions, SystemCalls &>(
+            open_v4l2_color, {}, linux_calls(), arguments);
     V4l2TofOptions options;
     options.mm_per_unit = arguments.number("tof", 1);
-    return vm::run<TofSource, DepthFrame>(open_v4l2_tof, options, arguments);
+    return vm::run<TofSource, DepthFrame, V4l2TofOptions, SystemCalls &>(open_v4l2_tof, options,
+                                                                         linux_calls(), arguments);
 }

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/ctl/devices.hpp"
 
+#ifdef AFTERGLOW_WITH_LIBCAMERA
+#include "drivers/libcamera/libcamera.hpp"
+#endif
 #ifdef AFTERGLOW_WITH_OPENNI2
 #include "drivers/openni2/openni2.hpp"
 #endif
@@ -66,6 +69,25 @@ void add_v4l2(FoundDevices &found) {
 }
 #endif
 
+#ifdef AFTERGLOW_WITH_LIBCAMERA
+void add_libcamera(FoundDevices &found) {
+    const auto listings = list_libcamera_cameras();
+    if (!listings) {
+        found.problems.push_back(listings.error().message);
+        return;
+    }
+    for (const LibcameraListing &camera : *listings) {
+        FoundColor &color = found.color.emplace_back(FoundColor{
+            "libcamera", camera.id, camera.model + " (libcamera)", describe(camera.modes, false)});
+        if (camera.modes.empty())
+            continue;
+        const V4l2Mode &mode = usual_mode(camera.modes);
+        color.width = mode.width;
+        color.height = mode.height;
+    }
+}
+#endif
+
 #ifdef AFTERGLOW_WITH_OPENNI2
 void add_openni2(FoundDevices &found) {
     const auto listings = list_openni2_devices();
@@ -115,6 +137,9 @@ FoundDevices find_devices() {
 #endif
 #ifdef AFTERGLOW_WITH_V4L2
     add_v4l2(found);
+#endif
+#ifdef AFTERGLOW_WITH_LIBCAMERA
+    add_libcamera(found);
 #endif
     add_leds(found);
     add_gpio_chips(found);

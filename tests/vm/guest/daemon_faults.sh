@@ -4,7 +4,7 @@
 . /vm/guest/rig.bash
 record_room room 20 200
 film=$PWD/room plug_in 0 cam
-camera=$(basename "$(by_id cam)")
+camera=${camera:-$(basename "$(by_id cam)")}
 run_daemon
 watch_depth "$bus" room 1000000 >frames.log &
 watcher=$!

@@ -7,7 +7,7 @@ fps=2.5
 # The camera's emulation shows an image up to 32 ms late at times.
 tolerance=100
 film=$PWD/room plug_in 0 cam
-camera=$(basename "$(by_id cam)")
+camera=${camera:-$(basename "$(by_id cam)")}
 run_daemon
 mkdir published
 watch_depth "$bus" room 20 published >frames.log || { cat frames.log daemon.log; fail "right frames"; }

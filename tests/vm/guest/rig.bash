@@ -34,6 +34,16 @@ until_line() { (until_true "$1" grep -Eq -- "$3" "$2") || { cat "$2"; exit 1; };
 # Milliseconds of CLOCK_MONOTONIC, to the next ten, as capture_probe prints them.
 now_ms() { awk '{ print int($1 * 1000) }' /proc/uptime; }
 
+# back_within_two_seconds MS: capture_probe, which writes the file `out`, has its first frame after
+# that time no later.
+back_within_two_seconds() {
+    until_true 5 first_frame_after "$1"
+    check "$(($(first_frame_after "$1") - $1))" '<' 2000
+}
+first_frame_after() {
+    awk -v t="$1" '/first frame/ && $1 >= t { print $1; found = 1; exit } END { exit !found }' out
+}
+
 # load_vivid [OPTION...]: a camera at /dev/video0.
 load_vivid() {
     modprobe vivid n_devs=1 node_types=0x1 num_inputs=1 input_types=0 "$@"

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+// afterglow-libcamera: libcamera in a process of its own, for afterglowd and afterglowctl, with
+// whom it is connected by descriptor 3 (drivers/libcamera/wire.hpp).
+//
+//     afterglow-libcamera list
+//     afterglow-libcamera capture ID WIDTH HEIGHT PERIOD_US FORMAT[,FORMAT...]
+#include "drivers/libcamera/helper/helper.hpp"
+#include "drivers/libcamera/wire.hpp"
+
+#include <sys/prctl.h>
+#include <sys/socket.h>
+
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <sstream>
+#include <string>
+#include <unistd.h>
+
+namespace {
+
+using namespace afterglow::libcam;
+
+bool is_connected() {
+    int type = 0;
+    socklen_t size = sizeof type;
+    return ::getsockopt(helper_socket, SOL_SOCKET, SO_TYPE, &type, &size) == 0 &&
+           type == SOCK_SEQPACKET;
+}
+
+CaptureWish wish_of(char **arguments) {
+    CaptureWish wish;
+    wish.id = arguments[0];
+    wish.width = std::atoi(arguments[1]);
+    wish.height = std::atoi(arguments[2]);
+    wish.period_us = std::atoll(arguments[3]);
+    std::istringstream formats(arguments[4]);
+    for (std::string format; std::getline(formats, format, ',');)
+        wish.formats.push_back(static_cast<std::uint32_t>(std::stoul(format)));
+    return wish;
+}
+
+} // namespace
+
+int main(int argc, char **argv) {
+    const std::string verb = argc > 1 ? argv[1] : "";
+    const bool is_understood = (verb == "list" && argc == 2) || (verb == "capture" && argc == 7);
+    if (!is_understood || !is_connected()) {
+        std::fputs("afterglow-libcamera is started by afterglowd and afterglowctl\n", stderr);
+        return 2;
+    }
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    if (verb == "list")
+        list_cameras();
+    else
+        capture(wish_of(argv + 2));
+    // Without the library's own farewell, which can hang: the kernel takes all back.
+    ::_exit(0);
+}

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/libcamera/stamp.hpp"
+#include "tests/catch.hpp"
+
+using namespace afterglow::libcam;
+
+namespace {
+
+constexpr std::int64_t second = 1'000'000'000;
+constexpr std::int64_t ms = 1'000'000;
+constexpr std::int64_t period = 33 * ms;
+constexpr std::int64_t arrival = 100 * second;
+
+} // namespace
+
+TEST_CASE("libcamera's stamp of an exposure's begin is the capture time") {
+    CHECK(capture_time({arrival - 40 * ms, true, arrival}, period, 0) == arrival - 40 * ms);
+}
+
+TEST_CASE("a stamp of a frame's end is set back by a frame") {
+    CHECK(capture_time({arrival - 5 * ms, false, arrival}, period, 0) == arrival - 5 * ms - period);
+}
+
+TEST_CASE("after the machine has slept, stamps of either clock are right") {
+    constexpr std::int64_t asleep = 3600 * second;
+    CHECK(capture_time({arrival - 40 * ms, true, arrival}, period, asleep) == arrival - 40 * ms);
+    CHECK(capture_time({arrival - 40 * ms + asleep, true, arrival}, period, asleep) ==
+          arrival - 40 * ms);
+}
+
+TEST_CASE("for a stamp that cannot be true arrival stands as the frame's end") {
+    for (const std::int64_t stamp : {std::int64_t{0}, arrival - 3 * second, arrival + second}) {
+        CHECK(capture_time({stamp, true, arrival}, period, 0) == arrival - period);
+        CHECK(capture_time({stamp, false, arrival}, period, 0) == arrival - period);
+    }
+}
+
+TEST_CASE("the time asleep is not negative and does not run") {
+    const std::int64_t asleep = time_asleep_ns();
+    CHECK(asleep > -ms);
+    CHECK(time_asleep_ns() - asleep < 100 * ms);
+}
