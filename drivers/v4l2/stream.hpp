@@ -32,8 +32,8 @@ enum class Backlog {
     in_order ///< each is given, oldest first
 };
 
-/// How long a camera may give nothing before it counts as stuck. USB cameras take a second or two
-/// from sleep to their first image.
+/// How long a camera may give nothing before it counts as stuck: so long, and in any case three of
+/// its frames. USB cameras take a second or two from sleep to their first image.
 struct Patience {
     std::chrono::nanoseconds first_frame = std::chrono::seconds(3);
     std::chrono::nanoseconds next_frame = std::chrono::seconds(1);
@@ -46,7 +46,8 @@ struct Patience {
 ///   stopped ─start()─▶ streaming ─device gone, errors, silence─▶ Capture::lost ─start()─▶ ...
 ///
 /// The first frame after each start is passed over: it may be one from before, with a new time
-/// (v4l2loopback), or half exposed. One thread at a time, the estimator's. next() allocates nothing but to describe a problem.
+/// (v4l2loopback), or half exposed. One thread at a time, the estimator's. next() allocates nothing
+/// but to describe a problem.
 class Stream {
 public:
     /// `wish.formats` must outlive the stream.
@@ -73,6 +74,8 @@ private:
     /// Waits until a frame may be there (nothing), the time is over, or the camera lost.
     std::optional<Capture> wait(std::int64_t deadline_ns);
     Capture lost(int code);
+    /// Gives the camera so much time, or three of its frames, from now on.
+    void allow(std::chrono::nanoseconds silence);
 
     SystemCalls &calls_;
     const Wish wish_;
@@ -85,6 +88,7 @@ private:
     bool begun_ = false;                ///< whether the first frame has passed
     FrameCount count_;
     FrameClock clock_;
+    std::int64_t period_ns_ = 0;
     std::int64_t stuck_at_ns_ = 0; ///< if nothing comes before
     std::string problem_;
 };

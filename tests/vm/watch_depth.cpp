@@ -4,8 +4,9 @@
 //
 //     NUMBER SOURCE ILLUMINATED T_NS     its number in the recording, or -1: no image of it
 //
-// Fails if an image is not one of the recording, or a measured map not that of its image. With DIR
-// depth is written there as 000000.png and so on, and the number of the first frame as DIR/first.
+// Fails if an image is not one of the recording, or a measured map not that of its image; but where
+// that has holes, they may be filled. With DIR depth is written there as 000000.png and so on, and
+// the number of the first frame as DIR/first.
 #include "afterglow/afterglow.h"
 #include "drivers/image_file.hpp"
 #include "drivers/replay/recording.hpp"
@@ -49,6 +50,11 @@ struct Seen {
     DepthMap depth;
 };
 
+bool is_filled(const DepthMap &published, const DepthMap &map) {
+    return std::equal(map.pixels().begin(), map.pixels().end(), published.pixels().begin(),
+                      [](std::uint16_t own, std::uint16_t z) { return own == 0 || own == z; });
+}
+
 /// The next frame, in order; false when there is none any more.
 bool read_next(afterglow_stream *stream, bool first, Seen &seen) {
     const afterglow_buffer want[] = {
@@ -85,7 +91,7 @@ int watch(const char *bus, const Recording &recording, int frames, const std::st
                    seen.frame.t_ns);
         std::fflush(stdout);
         good &= number >= 0 && (seen.frame.source != AFTERGLOW_MEASURED ||
-                                seen.depth == film.maps[static_cast<std::size_t>(number)]);
+                                is_filled(seen.depth, film.maps[static_cast<std::size_t>(number)]));
         if (folder.empty())
             continue;
         if (count == 0)
