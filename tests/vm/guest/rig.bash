@@ -26,11 +26,11 @@ check() { awk "BEGIN { exit !($1 $2 $3) }" || fail "$1 $2 $3"; }
 
 # until_true SECONDS COMMAND...: waits for the command to succeed.
 until_true() {
-    local tries=$(($1 * 20))
+    local tries=$(($1 * 10))
     shift
     while ! "$@" >/dev/null 2>&1; do
         [ $((tries -= 1)) -gt 0 ] || fail "in time: $*"
-        sleep 0.05
+        sleep 0.1
     done
 }
 
@@ -104,6 +104,21 @@ XML
 }
 state_is() { [ "$(statistic State)" = "$1" ]; }
 statistic() { afterglowctl --bus "$bus" stats | awk -v name="$1" '$1 == name { print $2 }'; }
+
+# back_within MS [SOURCE]: the next frame in frames.log (of that source, 1 = measured) is taken so
+# soon from now. Told by the frames: to ask the daemon over and over would take the emulated
+# processor's time.
+back_within() {
+    local begin
+    begin=$(now_ms)
+    until_true 20 frame_after "$begin" "${2:-}"
+    echo "back after $(($(frame_after "$begin" "${2:-}") - begin)) ms"
+    check "$(($(frame_after "$begin" "${2:-}") - begin))" '<=' "$1"
+}
+frame_after() {
+    awk -v t="$1" -v source="$2" '$4 / 1e6 >= t && (!source || $2 == source) {
+        print int($4 / 1e6); found = 1; exit } END { exit !found }' frames.log
+}
 
 # as_offline: what watch_depth has read (frames.log, published/) is what afterglow-eval publishes
 # for the same frames of a TOF camera that wakes as fast, pixel for pixel; and the emitter was off

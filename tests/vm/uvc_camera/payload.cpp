@@ -33,6 +33,8 @@ std::size_t PayloadStream::fill(std::span<std::uint8_t> packet, std::int64_t t_n
     }
     if (size_ == 0 && !begin_frame(t_ns))
         return 0;
+    if (is_cut())
+        return 0;
     const std::size_t bytes = std::min(packet.size() - header_bytes, size_ - sent_);
     packet[0] = header_bytes;
     packet[1] = end_of_header | toggle_ | (bad_ ? error : 0);

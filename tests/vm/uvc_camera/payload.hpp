@@ -21,6 +21,7 @@ struct Faults {
     int dropped_frames = 0; ///< not sent, while the camera's count goes on
     int lost_packets = 0;   ///< the bus fails (EPROTO)
     bool frozen = false;    ///< nothing is sent
+    bool cut = false;       ///< the camera goes in the middle of a frame
     std::int64_t stalled_until_ns = 0;
 };
 
@@ -45,6 +46,8 @@ public:
     /// Writes what the camera sends in the packet at time `t_ns`; returns how many bytes, 0 where
     /// it sends nothing.
     std::size_t fill(std::span<std::uint8_t> packet, std::int64_t t_ns);
+    /// Half of a frame was sent, and no more is to come.
+    bool is_cut() const { return faults.cut && size_ > 0 && 2 * sent_ >= size_; }
 
 private:
     bool begin_frame(std::int64_t t_ns);
