@@ -12,11 +12,15 @@
 #include <cerrno>
 #include <cstdint>
 #include <mutex>
+#include <thread>
 #include <utility>
 
 namespace afterglow {
 
 namespace {
+
+/// More than two frames at 30 FPS.
+constexpr auto player_pause = std::chrono::milliseconds(100);
 
 std::int64_t now_ns() {
     return std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -74,6 +78,8 @@ struct OpenNi2Device::Impl : openni::OpenNI::DeviceDisconnectedListener {
     std::mutex stream_mutex;
     openni::VideoStream stream;
     bool streaming = false;
+    int frames_in_file = 0; ///< 0: it is no recording, or one without depth
+    int frame_index = 0;    ///< of the last one read
 
     /// The library's own thread says so.
     std::mutex uri_mutex;
@@ -127,12 +133,26 @@ Status OpenNi2Device::Impl::open_stream() {
     if (stream.isPropertySupported(openni::STREAM_PROPERTY_MIRRORING) &&
         stream.setMirroringEnabled(false) != openni::STATUS_OK && !device.isFile())
         return refused("leave its depth unmirrored");
+    frame_index = frames_in_file = 0;
+    if (openni::PlaybackControl *playback = device.getPlaybackControl()) {
+        // Begun again by the library, its times would jump back.
+        if (playback->setRepeatEnabled(false) != openni::STATUS_OK)
+            return refused("be played once");
+        frames_in_file = playback->getNumberOfFrames(stream);
+    }
     return ok();
 }
 
 void OpenNi2Device::Impl::close() {
     const std::lock_guard lock(stream_mutex);
     streaming = false;
+    if (frames_in_file > 0) {
+        stream.stop();
+        // The library's player looks at its streams without a lock, over and over at a recording's
+        // end, and crashes if one goes meanwhile. Stopped, it sleeps nearly all the time, once the
+        // frame is over that it may be waiting for.
+        std::this_thread::sleep_for(player_pause);
+    }
     stream.destroy();
     device.close();
     is_open = false;
@@ -213,12 +233,17 @@ Capture OpenNi2Device::read(DepthFrame &frame, std::chrono::nanoseconds timeout)
     const auto ms = std::chrono::ceil<std::chrono::milliseconds>(timeout).count();
     const openni::Status waited =
         openni::OpenNI::waitForAnyStream(&stream, 1, &ready, static_cast<int>(ms));
-    if (waited == openni::STATUS_TIME_OUT)
-        return Capture::none;
+    if (waited == openni::STATUS_TIME_OUT) {
+        if (it.frames_in_file == 0 || it.frame_index < it.frames_in_file)
+            return Capture::none;
+        it.problem = fmt::format("the recording '{}' is over", it.name());
+        return Capture::lost;
+    }
     openni::VideoFrameRef depth;
     if (waited != openni::STATUS_OK || it.stream.readFrame(&depth) != openni::STATUS_OK)
         return it.lost("stopped");
     const std::int64_t arrival_ns = now_ns();
+    it.frame_index = depth.getFrameIndex();
     if (!copy_depth(depth, frame.depth)) {
         it.problem = fmt::format("a frame of the OpenNI2 device '{}' is dropped: it is not as the "
                                  "device was told",
