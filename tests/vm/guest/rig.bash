@@ -61,10 +61,6 @@ by_id() { echo "/dev/v4l/by-id/usb-Afterglow_Test_Camera_$1-video-index0"; }
 # depth from afterglow-testcam, which plays the recording `room`; the log is the file daemon.log.
 # Frames are measured one in five unless a line for the configuration says otherwise.
 run_daemon() {
-    export LD_LIBRARY_PATH=/vm/lib:/vm/lib/testcam
-    export AFTERGLOW_TESTCAM_RECORDING=$PWD/room AFTERGLOW_TESTCAM_LOG=$PWD/emitter
-    export AFTERGLOW_TESTCAM_COMMANDS=$PWD/testcam.fifo
-    [ -p testcam.fifo ] || mkfifo testcam.fifo
     local fx fy cx cy width height rest
     read -r fx fy cx cy width height rest < <(grep -v '^#' room/camera.txt)
     cat >daemon.toml <<TOML
@@ -91,6 +87,20 @@ interval_frames = 5
 [daemon]
 workers = 1
 TOML
+    start_daemon
+}
+
+# plug_in_testcam: the TOF camera of every program from now on.
+plug_in_testcam() {
+    export LD_LIBRARY_PATH=/vm/lib:/vm/lib/testcam
+    export AFTERGLOW_TESTCAM_RECORDING=$PWD/room AFTERGLOW_TESTCAM_LOG=$PWD/emitter
+    export AFTERGLOW_TESTCAM_COMMANDS=$PWD/testcam.fifo
+    [ -p testcam.fifo ] || mkfifo testcam.fifo
+}
+
+# start_daemon: with the configuration daemon.toml.
+start_daemon() {
+    plug_in_testcam
     cat >bus.conf <<XML
 <busconfig><type>session</type><listen>unix:path=$PWD/bus</listen><auth>EXTERNAL</auth>
 <policy context="default"><allow send_destination="*" eavesdrop="true"/><allow eavesdrop="true"/>

@@ -53,12 +53,14 @@ private:
     bool begin_frame(std::int64_t t_ns);
     void begin_interval(std::int64_t t_ns);
     std::uint8_t luma(int u, int v) const;
+    /// Draws the next image.
     void draw();
 
     std::unique_ptr<Film> film_;   ///< or none
     std::uint64_t film_image_ = 0; ///< that is next
     StreamChoice choice_;
-    std::vector<std::uint8_t> frame_;
+    std::vector<std::uint8_t> frame_; ///< being sent, and then the next
+    bool drawn_ = false;              ///< the next
     std::size_t sent_ = 0;
     std::size_t size_ = 0; ///< bytes of this frame that will be sent; 0 = between frames
     bool bad_ = false;
