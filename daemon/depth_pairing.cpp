@@ -9,8 +9,9 @@ namespace {
 
 /// More maps than a driver can have kept while the light was dark.
 constexpr int max_stale_maps = 16;
-/// A map further ahead of the image is of a clock gone wrong, not of an image to come.
-constexpr std::chrono::nanoseconds furthest_ahead = std::chrono::milliseconds(500);
+/// A map further ahead of the image, by two frames of the slowest camera, is of a clock gone wrong
+/// and not of an image to come.
+constexpr std::chrono::nanoseconds furthest_ahead = std::chrono::seconds(2);
 
 /// Percent of the pixels that have depth.
 double coverage(const DepthMap &depth) {

@@ -127,7 +127,7 @@ Status LibcameraColor::await_streaming() {
     begun_ = false;
     count_ = v4l2::FrameCount();
     last_number_.reset();
-    stuck_at_ = now() + patience_.first_frame;
+    stuck_at_ = now() + Patience::with(patience_.first_frame, period_ns_);
     return ok();
 }
 
@@ -190,7 +190,7 @@ bool LibcameraColor::take_newest(std::optional<Report> &newest) {
 }
 
 Capture LibcameraColor::accept(const Report &report, ColorFrame &frame) {
-    stuck_at_ = now() + patience_.next_frame;
+    stuck_at_ = now() + Patience::with(patience_.next_frame, period_ns_);
     frame.sequence = sequence_;
     if (report.kind == Kind::damaged)
         return damaged("libcamera marks it as bad");

@@ -12,11 +12,15 @@
 #include <cerrno>
 #include <cstdint>
 #include <mutex>
+#include <thread>
 #include <utility>
 
 namespace afterglow {
 
 namespace {
+
+/// More than two frames at 30 FPS.
+constexpr auto player_pause = std::chrono::milliseconds(100);
 
 std::int64_t now_ns() {
     return std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -44,7 +48,8 @@ bool copy_depth(const openni::VideoFrameRef &frame, DepthMap &depth) {
 
 } // namespace
 
-struct OpenNi2Device::Impl : openni::OpenNI::DeviceDisconnectedListener {
+struct OpenNi2Device::Impl : openni::OpenNI::DeviceDisconnectedListener,
+                             openni::VideoStream::NewFrameListener {
     explicit Impl(OpenNi2Options wanted) : options(std::move(wanted)) {}
 
     std::string name() const { return options.uri.empty() ? "any" : options.uri; }
@@ -58,6 +63,7 @@ struct OpenNi2Device::Impl : openni::OpenNI::DeviceDisconnectedListener {
     Status set_emitter(bool lit);
     Capture lost(std::string_view why);
     void onDeviceDisconnected(const openni::DeviceInfo *info) override;
+    void onNewFrame(openni::VideoStream & /*stream*/) override { arrival_ns = now_ns(); }
 
     const OpenNi2Options options;
     bool listens = false; ///< to the library
@@ -74,6 +80,11 @@ struct OpenNi2Device::Impl : openni::OpenNI::DeviceDisconnectedListener {
     std::mutex stream_mutex;
     openni::VideoStream stream;
     bool streaming = false;
+    bool hears_frames = false;
+    int frames_in_file = 0; ///< 0: it is no recording, or one without depth
+    int frame_index = 0;    ///< of the last one read
+    /// Of the newest frame, as the library's own thread sees it: it may be read much later.
+    std::atomic<std::int64_t> arrival_ns = 0;
 
     /// The library's own thread says so.
     std::mutex uri_mutex;
@@ -127,12 +138,31 @@ Status OpenNi2Device::Impl::open_stream() {
     if (stream.isPropertySupported(openni::STREAM_PROPERTY_MIRRORING) &&
         stream.setMirroringEnabled(false) != openni::STATUS_OK && !device.isFile())
         return refused("leave its depth unmirrored");
+    if (stream.addNewFrameListener(this) != openni::STATUS_OK)
+        return refused("tell of its frames");
+    hears_frames = true;
+    frame_index = frames_in_file = 0;
+    if (openni::PlaybackControl *playback = device.getPlaybackControl()) {
+        // Begun again by the library, its times would jump back.
+        if (playback->setRepeatEnabled(false) != openni::STATUS_OK)
+            return refused("be played once");
+        frames_in_file = playback->getNumberOfFrames(stream);
+    }
     return ok();
 }
 
 void OpenNi2Device::Impl::close() {
     const std::lock_guard lock(stream_mutex);
     streaming = false;
+    if (std::exchange(hears_frames, false))
+        stream.removeNewFrameListener(this);
+    if (frames_in_file > 0) {
+        stream.stop();
+        // The library's player looks at its streams without a lock, over and over at a recording's
+        // end, and crashes if one goes meanwhile. Stopped, it sleeps nearly all the time, once the
+        // frame is over that it may be waiting for.
+        std::this_thread::sleep_for(player_pause);
+    }
     stream.destroy();
     device.close();
     is_open = false;
@@ -213,20 +243,26 @@ Capture OpenNi2Device::read(DepthFrame &frame, std::chrono::nanoseconds timeout)
     const auto ms = std::chrono::ceil<std::chrono::milliseconds>(timeout).count();
     const openni::Status waited =
         openni::OpenNI::waitForAnyStream(&stream, 1, &ready, static_cast<int>(ms));
-    if (waited == openni::STATUS_TIME_OUT)
-        return Capture::none;
+    if (waited == openni::STATUS_TIME_OUT) {
+        if (it.frames_in_file == 0 || it.frame_index < it.frames_in_file)
+            return Capture::none;
+        it.problem = fmt::format("the recording '{}' is over", it.name());
+        return Capture::lost;
+    }
+    const std::int64_t arrival_ns = it.arrival_ns;
     openni::VideoFrameRef depth;
     if (waited != openni::STATUS_OK || it.stream.readFrame(&depth) != openni::STATUS_OK)
         return it.lost("stopped");
-    const std::int64_t arrival_ns = now_ns();
+    it.frame_index = depth.getFrameIndex();
     if (!copy_depth(depth, frame.depth)) {
         it.problem = fmt::format("a frame of the OpenNI2 device '{}' is dropped: it is not as the "
                                  "device was told",
                                  it.name());
         return Capture::damaged;
     }
-    frame.t_ns =
-        it.clock.to_monotonic(static_cast<std::int64_t>(depth.getTimestamp()) * 1'000, arrival_ns);
+    // Another one may have come meanwhile, and then it is not known which of the two this is.
+    frame.t_ns = it.clock.to_monotonic(static_cast<std::int64_t>(depth.getTimestamp()) * 1'000,
+                                       it.arrival_ns == arrival_ns ? arrival_ns : now_ns());
     frame.sequence = static_cast<std::uint64_t>(depth.getFrameIndex());
     return Capture::frame;
 }

@@ -32,7 +32,8 @@ Result<FrameLayout> Stream::start() {
     begun_ = false;
     count_ = FrameCount();
     clock_ = FrameClock(layout->period_ns);
-    stuck_at_ns_ = calls_.now_ns() + patience_.first_frame.count();
+    period_ns_ = layout->period_ns;
+    allow(patience_.first_frame);
     return layout;
 }
 
@@ -87,13 +88,16 @@ Capture Stream::accept(const v4l2_buffer &first, RawFrame &frame) {
         sequence = count_.next(buffer.sequence);
     }
     held_ = buffer.index;
-    const std::int64_t now_ns = calls_.now_ns();
-    stuck_at_ns_ = now_ns + patience_.next_frame.count();
-    frame = {queue_->bytes(buffer), clock_.capture_time(buffer, now_ns), sequence};
+    allow(patience_.next_frame);
+    frame = {queue_->bytes(buffer), clock_.capture_time(buffer, calls_.now_ns()), sequence};
     if ((buffer.flags & V4L2_BUF_FLAG_ERROR) == 0)
         return Capture::frame;
     release();
     return damaged("the driver marks its data as corrupt");
+}
+
+void Stream::allow(std::chrono::nanoseconds silence) {
+    stuck_at_ns_ = calls_.now_ns() + Patience::with(silence, period_ns_).count();
 }
 
 void Stream::release() {

@@ -66,6 +66,8 @@ private:
     /// Waits until a frame may be there (nothing), the time is over, or the camera lost.
     std::optional<Capture> wait(std::int64_t deadline_ns);
     Capture lost(int code);
+    /// Gives the camera so much time, or three of its frames, from now on.
+    void allow(std::chrono::nanoseconds silence);
 
     SystemCalls &calls_;
     const Wish wish_;
@@ -78,6 +80,7 @@ private:
     bool begun_ = false;                ///< whether the first frame has passed
     FrameCount count_;
     FrameClock clock_;
+    std::int64_t period_ns_ = 0;
     std::int64_t stuck_at_ns_ = 0; ///< if nothing comes before
     std::string problem_;
 };

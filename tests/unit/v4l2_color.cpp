@@ -167,6 +167,16 @@ TEST_CASE("a silent camera is lost after a second, or three before its first ima
     CHECK(camera.read(200ms) == Capture::lost);
 }
 
+TEST_CASE("a slow camera is lost after three frames of silence") {
+    Camera camera;
+    camera.kernel.formats[0].fps = 1;
+    REQUIRE(camera.source->start());
+    camera.deliver(0);
+    REQUIRE(camera.read() == Capture::frame);
+    CHECK(camera.read(2900ms) == Capture::none);
+    CHECK(camera.read(200ms) == Capture::lost);
+}
+
 TEST_CASE("images that waited while nobody read are no silence") {
     Camera camera;
     REQUIRE(camera.source->start());

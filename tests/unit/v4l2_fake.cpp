@@ -138,6 +138,7 @@ int FakeV4l2::describe_capture(unsigned long request, void *argument) {
         return 0;
     }
     case VIDIOC_S_PARM:
+        static_cast<v4l2_streamparm *>(argument)->parm.capture.timeperframe = {1, formats[0].fps};
         return 0;
     default:
         return fail(ENOTTY);

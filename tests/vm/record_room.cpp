@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// record_room DIR FRAMES PERIOD_MS: films the synthetic room, 160x120, as a recording.
+// record_room DIR FRAMES PERIOD_MS [WIDTH HEIGHT]: films the synthetic room, 160x120, as a
+// recording.
 #include "drivers/replay/write_recording.hpp"
 #include "drivers/synthetic/truth.hpp"
 
@@ -8,13 +9,13 @@
 
 int main(int argc, char **argv) {
     using namespace afterglow;
-    if (argc != 4) {
-        std::fprintf(stderr, "usage: record_room DIR FRAMES PERIOD_MS\n");
+    if (argc != 4 && argc != 6) {
+        std::fprintf(stderr, "usage: record_room DIR FRAMES PERIOD_MS [WIDTH HEIGHT]\n");
         return 2;
     }
     SyntheticOptions options;
-    options.width = 160;
-    options.height = 120;
+    options.width = argc == 6 ? std::atoi(argv[4]) : 160;
+    options.height = argc == 6 ? std::atoi(argv[5]) : 120;
     SyntheticTruth truth(options);
     Result<RecordingWriter> writer = RecordingWriter::create(argv[1], truth.intrinsics());
     for (std::uint64_t k = 0; writer && k < std::strtoull(argv[2], nullptr, 10); ++k) {

@@ -24,7 +24,7 @@ float field_of_view(double focal_length, int side) {
 DepthStream::DepthStream(const Settings &settings, Film &film, Emitter &emitter,
                          const std::atomic<bool> &frozen)
     : clock_rate_(1 + settings.drift_ppm * 1e-6), film_(film), emitter_(emitter), frozen_(frozen),
-      mode_(mode_of(film)) {}
+      mode_(mode_of(film)), ahead_(film.camera().width, film.camera().height) {}
 
 OniVideoMode DepthStream::mode_of(const Film &film) {
     return {ONI_PIXEL_FORMAT_DEPTH_1_MM, film.camera().width, film.camera().height,
@@ -56,6 +56,10 @@ void DepthStream::run() {
     std::unique_lock lock(mutex_);
     while (running_) {
         const Time due{std::chrono::nanoseconds(frame.due_ns)};
+        lock.unlock();
+        if (emitter_.is_lit())
+            read_ahead(frame.number);
+        lock.lock();
         if (wake_.wait_until(lock, due, [this] { return !running_; }))
             break;
         lock.unlock();
@@ -69,13 +73,23 @@ void DepthStream::run() {
     }
 }
 
+void DepthStream::read_ahead(std::uint64_t number) {
+    if (ahead_number_ != number)
+        ahead_number_.reset();
+    if (!ahead_number_ && film_.read(number, ahead_))
+        ahead_number_ = number;
+}
+
 void DepthStream::give(const Rounds::Frame &frame, Light light) {
     OniFrame *out = getServices().acquireFrame();
     if (out == nullptr)
         return;
     const ImageView<std::uint16_t> depth(static_cast<std::uint16_t *>(out->data), mode_.resolutionX,
                                          mode_.resolutionY);
-    if (film_.read(frame.number, depth)) {
+    read_ahead(frame.number);
+    if (ahead_number_) {
+        for (int v = 0; v < depth.height(); ++v)
+            std::copy_n(ahead_.row(v), depth.width(), depth.row(v));
         if (light == Light::settling)
             spoil(depth);
         out->frameIndex = index_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "core/image.hpp"
 #include "tools/testcam/emitter.hpp"
 #include "tools/testcam/film.hpp"
 #include "tools/testcam/openni_driver.hpp"
@@ -10,6 +11,7 @@
 #include <condition_variable>
 #include <cstdint>
 #include <mutex>
+#include <optional>
 #include <thread>
 
 namespace afterglow::testcam {
@@ -33,6 +35,8 @@ public:
 private:
     void run();
     void give(const Rounds::Frame &frame, Light light);
+    /// Has the map ready when its time comes, as to read it takes a while.
+    void read_ahead(std::uint64_t number);
 
     const double clock_rate_; ///< of the camera's clock: 1 is CLOCK_MONOTONIC's
     Film &film_;
@@ -41,6 +45,8 @@ private:
     const OniVideoMode mode_;
     OniBool mirrored_ = FALSE;
     int index_ = 0;
+    DepthMap ahead_;
+    std::optional<std::uint64_t> ahead_number_; ///< of the map in `ahead_`
 
     std::mutex mutex_;
     std::condition_variable wake_;

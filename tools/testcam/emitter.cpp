@@ -27,6 +27,11 @@ void Emitter::set_streaming(bool streaming) {
     update();
 }
 
+bool Emitter::is_lit() {
+    const std::lock_guard lock(mutex_);
+    return lit_since_ns_.has_value();
+}
+
 void Emitter::update() {
     const bool lit = on_ && streaming_;
     if (lit == lit_since_ns_.has_value())

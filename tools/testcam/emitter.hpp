@@ -25,6 +25,7 @@ public:
     /// As real ones, it is on unless it was told otherwise.
     void set_on(bool on);
     void set_streaming(bool streaming);
+    bool is_lit();
     /// What the map is like that was exposed at `t_ns`, the next one; and notes it.
     Light expose(std::int64_t t_ns, std::uint64_t sequence);
 

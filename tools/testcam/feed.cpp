@@ -39,6 +39,13 @@ Result<UniqueFd> open_output(const std::string &device, const Intrinsics &camera
     format.fmt.pix.sizeimage = format.fmt.pix.width * format.fmt.pix.height;
     if (::ioctl(fd.get(), VIDIOC_S_FMT, &format) != 0)
         return refusal(device, "takes no images");
+    // A device that somebody reads keeps its format.
+    if (format.fmt.pix.pixelformat != V4L2_PIX_FMT_GREY ||
+        format.fmt.pix.width != static_cast<std::uint32_t>(camera.width) ||
+        format.fmt.pix.height != static_cast<std::uint32_t>(camera.height))
+        return Error{fmt::format("{}: is held to images of {}x{}, or not of GREY", device,
+                                 format.fmt.pix.width, format.fmt.pix.height),
+                     EBUSY};
     return fd;
 }
 

@@ -3,6 +3,8 @@
 # device's return, and publishes nothing wrong.
 . /vm/guest/rig.bash
 record_room room 20 200
+# A map takes the emulated processor up to 20 ms from exposure to arrival, which it seems late by.
+tolerance=40
 film=$PWD/room plug_in 0 cam
 camera=${camera:-$(basename "$(by_id cam)")}
 run_daemon
@@ -10,25 +12,17 @@ watch_depth "$bus" room 1000000 >frames.log &
 watcher=$!
 until_line 20 frames.log '^[0-9]+ 1 '
 
-# back_within MS [SOURCE]: the next frame (of that source, 1 = measured) is taken so soon from now.
-# Told by the frames: to ask the daemon over and over would take the emulated processor's time.
-back_within() {
-    local begin
-    begin=$(now_ms)
-    until_true 20 frame_after "$begin" "${2:-}"
-    echo "back after $(($(frame_after "$begin" "${2:-}") - begin)) ms"
-    check "$(($(frame_after "$begin" "${2:-}") - begin))" '<=' "$1"
-}
-frame_after() {
-    awk -v t="$1" -v source="$2" '$4 / 1e6 >= t && (!source || $2 == source) {
-        print int($4 / 1e6); found = 1; exit } END { exit !found }' frames.log
-}
-
 echo "-- the colour camera is unplugged, and comes back"
 fault cam unplug
 until_true 5 state_is color-lost
 expect daemon.log 'was unplugged'
 sleep 3
+film=$PWD/room plug_in 0 cam
+back_within 2000
+
+echo "-- it is unplugged in the middle of a frame"
+fault cam cut
+until_true 5 state_is color-lost
 film=$PWD/room plug_in 0 cam
 back_within 2000
 
@@ -45,14 +39,32 @@ until_true 10 state_is color-lost
 fault cam go
 back_within 2000
 
-echo "-- the TOF camera is unplugged, and comes back"
+echo "-- the TOF camera is unplugged while it is lit, and comes back"
 afterglowctl --bus "$bus" mode always-on
 until_true 5 state_is running
+until_true 5 sh -c "grep -E ' (on|off)$' emitter | tail -n 1 | grep on"
 echo unplug >testcam.fifo
 until_true 5 state_is tof-lost
 sleep 3
 echo plug >testcam.fifo
 back_within 2000 1
+
+echo "-- it is lit, and gives no map for five seconds and 120 images"
+echo freeze >testcam.fifo
+until_line 40 daemon.log 'is lit and measures nothing'
+until_true 5 state_is tof-lost
+echo go >testcam.fifo
+back_within 2000 1
+
+echo "-- both cameras are unplugged at once, and come back"
+fault cam unplug
+echo unplug >testcam.fifo
+until_true 5 state_is color-lost
+sleep 3
+film=$PWD/room plug_in 0 cam
+echo plug >testcam.fifo
+back_within 2000 1
+until_true 5 state_is running
 
 echo "-- the colour camera is in use by another program when it is wanted"
 kill $watcher
@@ -69,7 +81,9 @@ back_within 2000
 
 kill -0 $daemon || fail "the daemon is up"
 kill -0 $watcher || fail "the stream has gone on"
-reject frames.log '^-1 '
+check "$(awk '$2 == 2' frames.log | wc -l)" '>' 50
+awk '$2 == 2 && $5 > 5' frames.log >bad
+[ ! -s bad ] || { cat bad; fail "every estimate is within 5 % of the truth"; }
 kill $watcher
 kill $daemon
 wait $daemon

@@ -38,13 +38,17 @@ capture_probe width=640 height=360 fps=25 frames=40 >out
 check "$(value out missed)" '>' 5
 v4l2-ctl -c percentage_of_dropped_buffers=0
 
-echo "-- times and numbers that wrap"
-v4l2-ctl -c wrap_timestamp=1,wrap_sequence_number=1
-capture_probe width=640 height=360 fps=25 frames=60 >out
-expect out 'frames=60 .*backwards=0'
-check "$(value out missed)" '<' 60
-oldest=$(grep -oE 'age_ms=.*' out | sed 's/.*\.\.//')
-check "$oldest" '<' 200
+# Times wrap after 16 seconds: to below 0, or beyond 32 bits. Numbers wrap after 128 frames.
+for wrap in 1 2; do
+    echo "-- times and numbers that wrap ($wrap)"
+    v4l2-ctl -c wrap_timestamp=$wrap,wrap_sequence_number=1
+    capture_probe width=320 height=180 fps=10 frames=180 >out
+    cat out
+    expect out 'frames=180 .*backwards=0'
+    check "$(value out missed)" '<' 60
+    oldest=$(grep -oE 'age_ms=.*' out | sed 's/.*\.\.//')
+    check "$oldest" '<' 200
+done
 v4l2-ctl -c wrap_timestamp=0,wrap_sequence_number=0
 
 echo "-- the device disconnects, and is there again at once"

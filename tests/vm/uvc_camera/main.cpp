@@ -5,7 +5,9 @@
 //
 //     bad N | short N | drop N | eproto N    the next N frames (or packets)
 //     stall MS | freeze | go                 nothing is sent
-//     unplug                                 the program ends, and the camera is gone
+//     unplug | cut                           the program ends, and the camera is gone; in the
+//     middle
+//                                            of a frame
 #include "drivers/image_file.hpp"
 #include "drivers/replay/recording.hpp"
 #include "tests/vm/uvc_camera/controls.hpp"
@@ -62,9 +64,10 @@ public:
         return true;
     }
 
-    /// Completes the transfers whose time on the bus is over.
-    void run_bus() {
-        while (!waiting_.empty()) {
+    /// Completes the transfers whose time on the bus is over; false when the camera has been cut
+    /// off.
+    bool run_bus() {
+        while (!waiting_.empty() && !stream_.is_cut()) {
             const std::int64_t now = now_ns();
             Transfer transfer = waiting_.front();
             const auto duration =
@@ -72,10 +75,11 @@ public:
             if (bus_ns_ == 0 || now > bus_ns_ + longest_backlog_ns)
                 bus_ns_ = now - duration;
             if (bus_ns_ + duration > now)
-                return;
+                break;
             waiting_.pop_front();
             complete(transfer);
         }
+        return !stream_.is_cut();
     }
 
     /// Obeys a line of the FIFO; false for "unplug".
@@ -99,6 +103,8 @@ public:
             faults.frozen = true;
         else if (what == "go")
             faults.frozen = false;
+        else if (what == "cut")
+            faults.cut = true;
         else if (what != "unplug")
             std::fprintf(stderr, "uvc_camera: what is '%s'?\n", line.c_str());
         return what != "unplug";
@@ -200,7 +206,8 @@ int run(int port_number, const char *serial, const char *fifo, std::unique_ptr<F
                     return 0;
             }
         }
-        camera.run_bus();
+        if (!camera.run_bus())
+            return 0;
     }
 }
 

@@ -5,6 +5,7 @@
 #include "tests/vm/uvc_camera/descriptors.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace afterglow::vm {
 namespace {
@@ -33,6 +34,8 @@ std::size_t PayloadStream::fill(std::span<std::uint8_t> packet, std::int64_t t_n
     }
     if (size_ == 0 && !begin_frame(t_ns))
         return 0;
+    if (is_cut())
+        return 0;
     const std::size_t bytes = std::min(packet.size() - header_bytes, size_ - sent_);
     packet[0] = header_bytes;
     packet[1] = end_of_header | toggle_ | (bad_ ? error : 0);
@@ -49,17 +52,17 @@ std::size_t PayloadStream::fill(std::span<std::uint8_t> packet, std::int64_t t_n
 bool PayloadStream::begin_frame(std::int64_t t_ns) {
     if (next_ns_ == 0 || t_ns > next_ns_ + long_pause_ns)
         begin_interval(film_ ? t_ns : t_ns - std::int64_t{choice_.interval} * 100);
+    // Drawn ahead, as it takes the emulated processor many milliseconds.
+    if (!std::exchange(drawn_, true))
+        draw();
     if (t_ns < next_ns_)
         return false;
     ++index_;
-    const bool is_dropped = faults.dropped_frames > 0;
-    if (is_dropped)
-        --faults.dropped_frames;
-    else
-        draw();
     begin_interval(next_ns_);
-    if (is_dropped)
+    if (faults.dropped_frames > 0) {
+        --faults.dropped_frames;
         return false;
+    }
     sent_ = 0;
     size_ = frame_.size();
     toggle_ ^= 1;
@@ -75,6 +78,7 @@ bool PayloadStream::begin_frame(std::int64_t t_ns) {
 /// When the next image is due, after one at `t_ns`.
 void PayloadStream::begin_interval(std::int64_t t_ns) {
     next_ns_ = t_ns + std::int64_t{choice_.interval} * 100;
+    drawn_ = false;
     if (film_) {
         const Rounds::Frame frame = film_->next(t_ns);
         next_ns_ = frame.due_ns;
@@ -83,7 +87,7 @@ void PayloadStream::begin_interval(std::int64_t t_ns) {
 }
 
 std::uint8_t PayloadStream::luma(int u, int v) const {
-    return film_ ? film_->image(film_image_)(u, v) : pattern(index_, v);
+    return film_ ? film_->image(film_image_)(u, v) : pattern(index_ + 1, v);
 }
 
 void PayloadStream::draw() {

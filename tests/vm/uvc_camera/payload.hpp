@@ -21,6 +21,7 @@ struct Faults {
     int dropped_frames = 0; ///< not sent, while the camera's count goes on
     int lost_packets = 0;   ///< the bus fails (EPROTO)
     bool frozen = false;    ///< nothing is sent
+    bool cut = false;       ///< the camera goes in the middle of a frame
     std::int64_t stalled_until_ns = 0;
 };
 
@@ -45,17 +46,21 @@ public:
     /// Writes what the camera sends in the packet at time `t_ns`; returns how many bytes, 0 where
     /// it sends nothing.
     std::size_t fill(std::span<std::uint8_t> packet, std::int64_t t_ns);
+    /// Half of a frame was sent, and no more is to come.
+    bool is_cut() const { return faults.cut && size_ > 0 && 2 * sent_ >= size_; }
 
 private:
     bool begin_frame(std::int64_t t_ns);
     void begin_interval(std::int64_t t_ns);
     std::uint8_t luma(int u, int v) const;
+    /// Draws the next image.
     void draw();
 
     std::unique_ptr<Film> film_;   ///< or none
     std::uint64_t film_image_ = 0; ///< that is next
     StreamChoice choice_;
-    std::vector<std::uint8_t> frame_;
+    std::vector<std::uint8_t> frame_; ///< being sent, and then the next
+    bool drawn_ = false;              ///< the next
     std::size_t sent_ = 0;
     std::size_t size_ = 0; ///< bytes of this frame that will be sent; 0 = between frames
     bool bad_ = false;

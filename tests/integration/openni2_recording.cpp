@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+// Recordings (.oni) that OpenNI2 itself made of afterglow-testcam, played by the driver "openni2"
+// and by the unmodified daemon.
+#include "afterglow/afterglow.h"
+#include "tests/catch.hpp"
+#include "tests/served.hpp"
+#include "tests/testcam.hpp"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <sstream>
+#include <string>
+#include <vector>
+
+using namespace afterglow;
+
+namespace {
+
+constexpr int recorded = 20;
+
+/// A recording of the test camera.
+std::string record(const Room &room) {
+    const Testcam testcam(room, 1);
+    const std::string file = room.folder.path() + "/room.oni";
+    const Ended ended = run({"oni_recording", "record", file, std::to_string(recorded)});
+    INFO(ended.errors);
+    REQUIRE(ended.code == 0);
+    return file;
+}
+
+/// The lines of `oni_recording play`.
+std::vector<std::string> play(const std::string &file, const Room &room) {
+    const Ended ended = run({"oni_recording", "play", file, room.path});
+    INFO(ended.errors);
+    REQUIRE(ended.code == 0);
+    std::vector<std::string> lines;
+    std::istringstream output(ended.output);
+    for (std::string line; std::getline(output, line);)
+        lines.push_back(line);
+    REQUIRE_FALSE(lines.empty());
+    return lines;
+}
+
+} // namespace
+
+TEST_CASE("a recording gives the maps that were recorded, and says when it is over") {
+    const Room room;
+    const std::string file = record(room);
+    std::vector<std::string> lines = play(file, room);
+    CHECK(lines.back() == fmt::format("lost the recording '{}' is over", file));
+    lines.pop_back();
+    // A machine too busy for its pace passes over some.
+    REQUIRE(lines.size() >= 2);
+    CHECK(lines.size() <= recorded);
+    for (const std::string &line : lines) {
+        INFO(line);
+        CHECK(line.starts_with("map "));
+        CHECK(line != "map -1");
+    }
+}
+
+TEST_CASE("a recording that is cut off, or none, is refused") {
+    const Room room;
+    const std::string file = record(room);
+    // What is not there of the file's end takes no space.
+    std::ifstream whole(file, std::ios::binary);
+    std::string bytes{std::istreambuf_iterator<char>(whole), {}};
+    bytes.erase(bytes.find_last_not_of('\0') + 1);
+    const double part = GENERATE(0.0, 0.01, 0.5, 0.99);
+    const std::string cut = room.folder.file(
+        "cut.oni", bytes.substr(0, static_cast<std::size_t>(part * double(bytes.size()))));
+    CHECK(play(cut, room)[0].starts_with(
+        fmt::format("refused the OpenNI2 device '{}' cannot be opened", cut)));
+}
+
+TEST_CASE("the daemon plays a recording, names its end, and begins it again") {
+    const Room room;
+    const std::string file = record(room);
+    // Half of 33 ms: whatever the phase between the two is, each map belongs to an image.
+    Served served(fmt::format("[color]\ndriver = \"replay\"\n"
+                              "[replay]\npath = \"{}\"\nloop = true\n"
+                              "[illuminator]\ndriver = \"none\"\n"
+                              "[gate]\nmode = \"always-on\"\n"
+                              "[tof]\ndriver = \"openni2\"\ndevice = \"{}\"\n"
+                              "registration = false\npairing_tolerance_ms = 17\n",
+                              room.path, file));
+    afterglow_stream *stream = nullptr;
+    REQUIRE(afterglow_open(served.bus.address().c_str(), &stream) == 0);
+    served.wait_for("State", "running");
+    served.wait_for("State", "tof-lost");
+    CHECK(served.daemon.errors().find("room.oni' is over") != std::string::npos);
+    const double before = served.value("FramesMeasured");
+    CHECK(before > 0);
+    while (served.daemon.runs() && served.value("FramesMeasured") <= before)
+        ::usleep(20'000);
+    INFO(served.daemon.errors());
+    CHECK(served.daemon.runs());
+    afterglow_close(stream);
+}
