@@ -68,7 +68,7 @@ TEST_CASE("a recording that is cut off, or none, is refused") {
     std::string bytes{std::istreambuf_iterator<char>(whole), {}};
     bytes.erase(bytes.find_last_not_of('\0') + 1);
     const double part = GENERATE(0.0, 0.01, 0.5, 0.99);
-    const std::string cut = room.folder.file(
+    const std::string cut = room.folder.write(
         "cut.oni", bytes.substr(0, static_cast<std::size_t>(part * double(bytes.size()))));
     CHECK(play(cut, room)[0].starts_with(
         fmt::format("refused the OpenNI2 device '{}' cannot be opened", cut)));
