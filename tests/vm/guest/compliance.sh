@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: Apache-2.0
+# Our calls are legal, and leave a device as it was: `v4l2-compliance -s` finds the same with a device
+# that we have streamed from as with one that nobody has, also after a reader was killed. Both are in
+# the same format: what v4l2-compliance finds depends on it, since it knows vivid's list of formats
+# only to the first whose name it does not like.
+. /vm/guest/rig.bash
+
+# verdict FILE [OPTION...]: the failures that v4l2-compliance finds, and the count of its tests.
+verdict() {
+    local file=$1
+    shift
+    v4l2-compliance "$@" >"$file.all" 2>&1 || true
+    grep -E 'fail: |: FAIL|^Total ' "$file.all" | sed 's/ for [^,]* device [^:]*//' >"$file"
+    grep -q '^Total' "$file" || { tail "$file.all"; fail "v4l2-compliance has ended"; }
+}
+# same_after DEVICE WIDTH HEIGHT FPS
+same_after() {
+    v4l2-ctl -d "$1" --set-fmt-video=width="$2",height="$3",pixelformat=GREY
+    verdict untouched -d "$1" -s5
+    cat untouched
+    for end in normal killed; do
+        capture_probe device="$1" width="$2" height="$3" fps="$4" format=GREY frames=20 >out
+        if [ $end = killed ]; then
+            capture_probe device="$1" width="$2" height="$3" fps="$4" format=GREY seconds=60 >out &
+            until_line 10 out 'first frame'
+            kill -9 $!
+            wait $! || true
+        fi
+        verdict used -d "$1" -s5
+        diff untouched used || fail "the same for $1 ($end)"
+    done
+}
+
+echo "-- vivid"
+load_vivid
+same_after /dev/video0 640 360 25
+modprobe -r vivid
+echo "-- uvcvideo"
+plug_in 0 cam
+same_after "$(readlink -f "$(by_id cam)")" 320 240 30
