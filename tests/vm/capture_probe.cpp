@@ -11,6 +11,7 @@
 //     retry=1       starts again, every quarter of a second, what is lost or not there
 //     slow_ms=N     waits so long after each frame
 //     cycles=N      starts, takes a frame and stops, so often; then counts what was left behind
+//     calls=1       tells of each call that the driver refuses: its number, and the error
 //     light=CONTROL lights it, waits for seconds=N, and ends
 #include "core/unique_fd.hpp"
 #ifdef AFTERGLOW_WITH_LIBCAMERA
@@ -20,11 +21,14 @@
 #include "tests/vm/test_pattern.hpp"
 
 #include <fmt/format.h>
+#include <linux/videodev2.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <malloc.h>
@@ -71,6 +75,25 @@ void say(std::string_view what) {
     fmt::print("{} {}\n", now_ns() / 1'000'000, what);
     std::fflush(stdout);
 }
+
+/// The real calls; says which of them a driver refuses. That no frame is there yet is no refusal.
+class WatchedCalls final : public SystemCalls {
+public:
+    std::vector<std::string> video_nodes() override { return linux_calls().video_nodes(); }
+    int open(const std::string &path) override { return linux_calls().open(path); }
+    int ioctl(int fd, unsigned long request, void *argument) override {
+        const int result = linux_calls().ioctl(fd, request, argument);
+        const int error = errno;
+        if (result < 0 && !(request == VIDIOC_DQBUF && error == EAGAIN))
+            say(fmt::format("refused: ioctl {}: {}", _IOC_NR(request), strerrorname_np(error)));
+        errno = error;
+        return result;
+    }
+    int poll(int fd, std::chrono::nanoseconds timeout) override {
+        return linux_calls().poll(fd, timeout);
+    }
+    std::int64_t now_ns() override { return linux_calls().now_ns(); }
+};
 
 ImageView<const std::uint8_t> image_of(const ColorFrame &frame) {
     return frame.luma;
@@ -265,11 +288,13 @@ int main(int argc, char **argv) {
         return vm::run<ColorSource, ColorFrame, LibcameraColorOptions, const std::string &>(
             open_libcamera_color, {}, libcamera_helper(), arguments);
 #endif
+    vm::WatchedCalls watched;
+    SystemCalls &calls = arguments.has("calls") ? watched : linux_calls();
     if (!arguments.has("tof"))
         return vm::run<ColorSource, ColorFrame, V4l2ColorOptions, SystemCalls &>(
-            open_v4l2_color, {}, linux_calls(), arguments);
+            open_v4l2_color, {}, calls, arguments);
     V4l2TofOptions options;
     options.mm_per_unit = arguments.number("tof", 1);
     return vm::run<TofSource, DepthFrame, V4l2TofOptions, SystemCalls &>(open_v4l2_tof, options,
-                                                                         linux_calls(), arguments);
+                                                                         calls, arguments);
 }

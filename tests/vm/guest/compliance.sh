@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-# Our calls are legal, and leave a device as it was: `v4l2-compliance -s` finds the same with a device
-# that we have streamed from as with one that nobody has, also after a reader was killed. Both are in
-# the same format: what v4l2-compliance finds depends on it, since it knows vivid's list of formats
-# only to the first whose name it does not like.
+# Our calls are legal: drivers refuse none of them. And they leave a device as it was:
+# `v4l2-compliance -s` finds the same with a device that we have streamed from as with one that nobody
+# has, also after a reader was killed. Both are in the same format: what v4l2-compliance finds depends
+# on it, since it knows vivid's list of formats only to the first whose name it does not like.
 . /vm/guest/rig.bash
 
 # verdict FILE [OPTION...]: the failures that v4l2-compliance finds, and the count of its tests.
@@ -31,10 +31,22 @@ same_after() {
     done
 }
 
+# only_questions FILE: the driver refused nothing but the ends of enumerations (formats 2, sizes 74,
+# intervals 75, controls 103) and controls that it does not have (28), all with EINVAL.
+only_questions() {
+    grep refused "$1" || true
+    expect "$1" 'frames=20 '
+    ! grep refused "$1" | grep -vE 'ioctl (2|28|74|75|103): EINVAL$' || fail "only legal calls"
+}
+
 echo "-- vivid"
 load_vivid
+capture_probe device=/dev/video0 width=640 height=360 fps=25 frames=20 calls=1 >calls
+only_questions calls
 same_after /dev/video0 640 360 25
 modprobe -r vivid
 echo "-- uvcvideo"
 plug_in 0 cam
+capture_probe device="$(by_id cam)" frames=20 calls=1 >calls
+only_questions calls
 same_after "$(readlink -f "$(by_id cam)")" 320 240 30
