@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
+#include <condition_variable>
 #include <cstdint>
 #include <mutex>
 #include <thread>
@@ -50,7 +51,9 @@ bool copy_depth(const openni::VideoFrameRef &frame, DepthMap &depth) {
 
 struct OpenNi2Device::Impl : openni::OpenNI::DeviceDisconnectedListener,
                              openni::VideoStream::NewFrameListener {
-    explicit Impl(OpenNi2Options wanted) : options(std::move(wanted)) {}
+    explicit Impl(OpenNi2Options wanted) : options(std::move(wanted)) {
+        arrived.depth = DepthMap(options.camera.width, options.camera.height);
+    }
 
     std::string name() const { return options.uri.empty() ? "any" : options.uri; }
     Error refused(const char *what) const {
@@ -61,9 +64,10 @@ struct OpenNi2Device::Impl : openni::OpenNI::DeviceDisconnectedListener,
     Status open_stream();
     void close();
     Status set_emitter(bool lit);
+    void forget_arrived();
     Capture lost(std::string_view why);
     void onDeviceDisconnected(const openni::DeviceInfo *info) override;
-    void onNewFrame(openni::VideoStream & /*stream*/) override { arrival_ns = now_ns(); }
+    void onNewFrame(openni::VideoStream &from) override;
 
     const OpenNi2Options options;
     bool listens = false; ///< to the library
@@ -75,16 +79,25 @@ struct OpenNi2Device::Impl : openni::OpenNI::DeviceDisconnectedListener,
     int emitter_property = 0; ///< 0: the light is not the emitter's
     int emitter_size = 0;
 
-    /// Held while a frame is awaited and taken, and while the stream is started or stopped: a
-    /// stream that ends between the two makes the library wait for ever.
+    /// Held while a frame is awaited, and while the stream is started or stopped.
     std::mutex stream_mutex;
     openni::VideoStream stream;
     bool streaming = false;
     bool hears_frames = false;
     int frames_in_file = 0; ///< 0: it is no recording, or one without depth
-    int frame_index = 0;    ///< of the last one read
-    /// Of the newest frame, as the library's own thread sees it: it may be read much later.
-    std::atomic<std::int64_t> arrival_ns = 0;
+
+    /// The newest frame. The library's thread takes it, for it may be read much later than it came.
+    struct Arrived {
+        bool is_new = false;
+        bool is_good = false;       ///< or else not as the device was told
+        DepthMap depth;             ///< of the camera's size
+        std::int64_t device_ns = 0; ///< on the device's own clock
+        std::int64_t arrival_ns = 0;
+        int index = 0;
+    };
+    std::mutex arrived_mutex;
+    std::condition_variable arrival;
+    Arrived arrived;
 
     /// The library's own thread says so.
     std::mutex uri_mutex;
@@ -138,10 +151,11 @@ Status OpenNi2Device::Impl::open_stream() {
     if (stream.isPropertySupported(openni::STREAM_PROPERTY_MIRRORING) &&
         stream.setMirroringEnabled(false) != openni::STATUS_OK && !device.isFile())
         return refused("leave its depth unmirrored");
+    forget_arrived();
     if (stream.addNewFrameListener(this) != openni::STATUS_OK)
         return refused("tell of its frames");
     hears_frames = true;
-    frame_index = frames_in_file = 0;
+    frames_in_file = 0;
     if (openni::PlaybackControl *playback = device.getPlaybackControl()) {
         // Begun again by the library, its times would jump back.
         if (playback->setRepeatEnabled(false) != openni::STATUS_OK)
@@ -178,6 +192,31 @@ Status OpenNi2Device::Impl::set_emitter(bool lit) {
 Capture OpenNi2Device::Impl::lost(std::string_view why) {
     problem = fmt::format("the OpenNI2 device '{}' {}", name(), why);
     return Capture::lost;
+}
+
+void OpenNi2Device::Impl::onNewFrame(openni::VideoStream &from) {
+    const std::int64_t now = now_ns();
+    // One call may stand for two frames, and then the second has none to read, for which the
+    // library would wait.
+    openni::VideoStream *waited = &from;
+    int ready = 0;
+    openni::VideoFrameRef frame;
+    if (openni::OpenNI::waitForAnyStream(&waited, 1, &ready, 0) != openni::STATUS_OK ||
+        from.readFrame(&frame) != openni::STATUS_OK)
+        return;
+    const std::lock_guard lock(arrived_mutex);
+    arrived.is_new = true;
+    arrived.is_good = copy_depth(frame, arrived.depth);
+    arrived.device_ns = static_cast<std::int64_t>(frame.getTimestamp()) * 1'000;
+    arrived.arrival_ns = now;
+    arrived.index = frame.getFrameIndex();
+    arrival.notify_one();
+}
+
+void OpenNi2Device::Impl::forget_arrived() {
+    const std::lock_guard lock(arrived_mutex);
+    arrived.is_new = false;
+    arrived.index = 0;
 }
 
 void OpenNi2Device::Impl::onDeviceDisconnected(const openni::DeviceInfo *info) {
@@ -238,32 +277,23 @@ Capture OpenNi2Device::read(DepthFrame &frame, std::chrono::nanoseconds timeout)
     const std::unique_lock lock(it.stream_mutex, std::try_to_lock);
     if (!lock.owns_lock() || !it.streaming)
         return Capture::none;
-    openni::VideoStream *stream = &it.stream;
-    int ready = 0;
-    const auto ms = std::chrono::ceil<std::chrono::milliseconds>(timeout).count();
-    const openni::Status waited =
-        openni::OpenNI::waitForAnyStream(&stream, 1, &ready, static_cast<int>(ms));
-    if (waited == openni::STATUS_TIME_OUT) {
-        if (it.frames_in_file == 0 || it.frame_index < it.frames_in_file)
+    std::unique_lock arrived_lock(it.arrived_mutex);
+    if (!it.arrival.wait_for(arrived_lock, timeout, [&] { return it.arrived.is_new; })) {
+        if (it.frames_in_file == 0 || it.arrived.index < it.frames_in_file)
             return Capture::none;
         it.problem = fmt::format("the recording '{}' is over", it.name());
         return Capture::lost;
     }
-    const std::int64_t arrival_ns = it.arrival_ns;
-    openni::VideoFrameRef depth;
-    if (waited != openni::STATUS_OK || it.stream.readFrame(&depth) != openni::STATUS_OK)
-        return it.lost("stopped");
-    it.frame_index = depth.getFrameIndex();
-    if (!copy_depth(depth, frame.depth)) {
+    it.arrived.is_new = false;
+    if (!it.arrived.is_good) {
         it.problem = fmt::format("a frame of the OpenNI2 device '{}' is dropped: it is not as the "
                                  "device was told",
                                  it.name());
         return Capture::damaged;
     }
-    // Another one may have come meanwhile, and then it is not known which of the two this is.
-    frame.t_ns = it.clock.to_monotonic(static_cast<std::int64_t>(depth.getTimestamp()) * 1'000,
-                                       it.arrival_ns == arrival_ns ? arrival_ns : now_ns());
-    frame.sequence = static_cast<std::uint64_t>(depth.getFrameIndex());
+    frame.depth = it.arrived.depth;
+    frame.t_ns = it.clock.to_monotonic(it.arrived.device_ns, it.arrived.arrival_ns);
+    frame.sequence = static_cast<std::uint64_t>(it.arrived.index);
     return Capture::frame;
 }
 
@@ -282,8 +312,11 @@ Status OpenNi2Device::set_streaming(bool running) {
         return running ? Status(Error{"the OpenNI2 device with the light is not there", ENODEV})
                        : ok();
     const std::lock_guard stream_lock(impl_->stream_mutex);
-    if (running && impl_->stream.start() != openni::STATUS_OK)
-        return impl_->refused("stream");
+    if (running) {
+        impl_->forget_arrived();
+        if (impl_->stream.start() != openni::STATUS_OK)
+            return impl_->refused("stream");
+    }
     if (!running)
         impl_->stream.stop();
     impl_->streaming = running;
