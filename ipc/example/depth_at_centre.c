@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /* Prints the depth at the centre of each frame. An argument names another bus than the system's. */
 #include <afterglow/afterglow.h>
-
 #include <stdio.h>
 #include <stdlib.h>
 

@@ -67,9 +67,9 @@ Played play(const TemporaryFolder &folder, const std::string &mode) {
     Program daemon(
         {"afterglowd", "--bus", bus.address(), "--config",
          folder.write("a.toml", "color.driver = \"replay\"\ntof.driver = \"replay\"\n"
-                               "illuminator.driver = \"replay\"\n[replay]\npath = \"recording\"\n"
-                               "real_time = false\n[gate]\nmode = \"" +
-                                   mode + "\"\n")});
+                                "illuminator.driver = \"replay\"\n[replay]\npath = \"recording\"\n"
+                                "real_time = false\n[gate]\nmode = \"" +
+                                    mode + "\"\n")});
     Played played;
     afterglow_stream *stream = nullptr;
     while (daemon.runs() && afterglow_open(bus.address().c_str(), &stream) != 0)

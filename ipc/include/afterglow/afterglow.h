@@ -47,10 +47,10 @@ struct afterglow_stream;
 
 /* What does not change while a stream is open. */
 struct afterglow_stream_info {
-    uint32_t width;  /* of the depth map, pixels */
-    uint32_t height; /* of the depth map, pixels */
-    double fx, fy;   /* pinhole camera of the depth map and its image: focal lengths, pixels */
-    double cx, cy;   /* and principal point; (0, 0) is the centre of the top left pixel */
+    uint32_t width;      /* of the depth map, pixels */
+    uint32_t height;     /* of the depth map, pixels */
+    double fx, fy;       /* pinhole camera of the depth map and its image: focal lengths, pixels */
+    double cx, cy;       /* and principal point; (0, 0) is the centre of the top left pixel */
     uint64_t generation; /* random for each run of the daemon */
     uint32_t slot_count; /* frames that the ring holds: how far back afterglow_read() can reach */
     uint32_t plane_count;
