@@ -67,10 +67,11 @@ void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const P
 /// Median relative difference between the map so far and a surface at `pose`, inside it; 0 where
 /// they hardly overlap.
 float DepthComposer::disagreement(const DepthSurface &surface, const Pose &pose) const {
-    constexpr int across = 48;
+    constexpr std::size_t across = 48; // points that are compared, at most
     constexpr std::size_t least_compared = 60;
-    const int step = std::max(1, std::max(camera_.width, camera_.height) / across);
-    std::array<float, across * across * 2> apart;
+    const int longer = std::max(camera_.width, camera_.height);
+    const int step = (longer + static_cast<int>(across) - 1) / static_cast<int>(across);
+    std::array<float, across * across> apart;
     std::size_t compared = 0;
     for (int v = step / 2; v < camera_.height; v += step)
         for (int u = step / 2; u < camera_.width; u += step) {

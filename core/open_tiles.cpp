@@ -17,12 +17,16 @@ OpenTiles::OpenTiles(int width, int height)
 void OpenTiles::find(DepthView depth) {
     std::ranges::fill(open_.pixels(), std::uint8_t{0});
     for (int v = 0; v < height_; ++v) {
-        const std::uint16_t *row = depth.row(v);
+        const std::uint16_t *begin = depth.row(v);
+        const std::uint16_t *const row_end = begin + width_;
         std::uint8_t *open = open_.row(v / tile_px);
-        for (int t = 0; t < open_.width(); ++t)
+        for (int t = 0; t < open_.width(); ++t) {
+            const std::uint16_t *const end =
+                begin + std::min<std::ptrdiff_t>(tile_px, row_end - begin);
             if (!open[t])
-                open[t] = std::any_of(row + t * tile_px, row + std::min((t + 1) * tile_px, width_),
-                                      [](std::uint16_t z) { return z == 0; });
+                open[t] = std::find(begin, end, std::uint16_t{0}) != end;
+            begin = end;
+        }
     }
     for (int y = 0; y < open_.height(); ++y)
         for (int x = 0; x < open_.width(); ++x)

@@ -137,11 +137,12 @@ void Warp::fill_cracks(const DepthSurface &surface, DepthView taken, int v, int 
 /// through which a far surface shows, between two pixels of one surface on opposite sides; 0 if it
 /// is none.
 WarpedPixel Warp::fill_pixel(const DepthSurface &surface, const WarpedPixel *at) const {
-    const int stride = nearest_.width(), reach = options_.crack_px;
+    const std::ptrdiff_t stride = nearest_.width();
+    const int reach = options_.crack_px;
     const bool empty = *at == nothing_landed;
     float sum = 0;
     int pairs = 0, edge = warped_edge_mask;
-    for (const int step : {1, stride, stride + 1, 1 - stride}) {
+    for (const std::ptrdiff_t step : {std::ptrdiff_t{1}, stride, stride + 1, 1 - stride}) {
         // The next pixels on both sides on which something landed, and how far they are.
         const int before = at[-step] == nothing_landed && reach > 1 ? 2 : 1;
         const int after = at[step] == nothing_landed && reach > 1 ? 2 : 1;

@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <random>
+#include <utility>
 
 using namespace afterglow;
 using namespace afterglow::testing;
@@ -123,6 +124,19 @@ TEST_CASE("no image and no depth map leads to a NaN", "[core]") {
 
 TEST_CASE("nor does one of an odd size", "[core]") {
     fuzz(97, 61);
+}
+
+TEST_CASE("pictures of any size are composed of several maps", "[core]") {
+    // Square ones, and just below where a grid of samples would be coarser.
+    const auto [width, height] =
+        GENERATE(std::pair(95, 95), std::pair(143, 143), std::pair(64, 48));
+    const Film scene = film_room(width, height, 12, 4);
+    Viewer viewer(scene);
+    for (std::size_t k = 0; k < scene.images.size(); ++k) {
+        check_sane(viewer.track(scene.images[k]));
+        if (k % 4 == 0)
+            check_sane(viewer.measure(scene.depth[k]));
+    }
 }
 
 TEST_CASE("nor do clocks that stand or leap", "[core]") {
