@@ -23,8 +23,7 @@ struct Candidate {
 DepthComposer::DepthComposer(const Intrinsics &camera, const KeyframeOptions &options,
                              WorkerPool &pool)
     : camera_(camera), options_(options), pool_(pool), warp_(camera, options.warp),
-      open_(camera.width, camera.height), depth_(camera.width, camera.height),
-      confidence_(camera.width, camera.height) {}
+      depth_(camera.width, camera.height), confidence_(camera.width, camera.height) {}
 
 void DepthComposer::clear() {
     std::ranges::fill(depth_.pixels(), std::uint16_t{0});
@@ -57,9 +56,7 @@ void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const P
         const Pose pose = now * k.depth_from_world.inverse();
         if (!first && disagreement(k.surface, pose) > options_.compose.most_disagreement / 100)
             continue;
-        open_.find(depth_);
-        warp_.run(k.surface, pose, depth_, open_, pool_,
-                  first ? alignment.skew : Eigen::Vector3f::Zero());
+        warp_.run(k.surface, pose, depth_, pool_, first ? alignment.skew : Eigen::Vector3f::Zero());
         merge(map_error(k.surface, camera_, pose, alignment.covariance, options_.error), k.surface);
     }
 }
@@ -116,7 +113,7 @@ void DepthComposer::merge(const MapError &error, const DepthSurface &surface) {
     pool_.run([&](int worker) {
         int count = 0;
         for (int v = rows * worker / n; v < rows * (worker + 1) / n; ++v)
-            open_.for_each_run(
+            warp_.open().for_each_run(
                 v, [&](int begin, int end) { count += merge_row(v, begin, end, table); });
         added.fetch_add(count, std::memory_order_relaxed);
     });

@@ -7,7 +7,6 @@
 #include "core/keyframe.hpp"
 #include "core/keyframe_options.hpp"
 #include "core/motion_mask.hpp"
-#include "core/open_tiles.hpp"
 #include "core/warp.hpp"
 #include "core/worker_pool.hpp"
 
@@ -61,7 +60,6 @@ private:
     KeyframeOptions options_;
     WorkerPool &pool_;
     Warp warp_;
-    OpenTiles open_;
     DepthCalibration calibration_;
     DepthMap depth_;
     Image<std::uint8_t> confidence_;

@@ -26,7 +26,7 @@ void keep_nearest(WarpedPixel &pixel, WarpedPixel value, bool alone) {
 } // namespace
 
 Warp::Warp(const Intrinsics &camera, const WarpOptions &options)
-    : camera_(camera), options_(options),
+    : camera_(camera), options_(options), open_(camera.width, camera.height),
       nearest_(camera.width + 2 * margin(), camera.height + 2 * margin()),
       filled_(camera.width, camera.height), doubtful_(camera.width, camera.height),
       landing_((camera.width + DepthSurface::tile_width - 1) / DepthSurface::tile_width,
@@ -36,17 +36,17 @@ ImageView<const WarpedPixel> Warp::landed() const {
     return {nearest_.row(margin()) + margin(), camera_.width, camera_.height, nearest_.width()};
 }
 
-void Warp::run(const DepthSurface &surface, const Pose &pose, DepthView taken,
-               const OpenTiles &open, WorkerPool &pool, const Eigen::Vector3f &skew) {
+void Warp::run(const DepthSurface &surface, const Pose &pose, DepthView taken, WorkerPool &pool,
+               const Eigen::Vector3f &skew) {
+    open_.find(taken);
     std::ranges::fill(nearest_.pixels(), nothing_landed);
     const int rows = camera_.height, tile_rows = landing_.height(), n = pool.size();
     pool.run([&](int worker) {
-        scatter(surface, pose, open, skew, tile_rows * worker / n, tile_rows * (worker + 1) / n,
-                n == 1);
+        scatter(surface, pose, skew, tile_rows * worker / n, tile_rows * (worker + 1) / n, n == 1);
     });
     pool.run([&](int worker) {
         for (int v = rows * worker / n; v < rows * (worker + 1) / n; ++v)
-            open.for_each_run(
+            open_.for_each_run(
                 v, [&](int begin, int end) { fill_cracks(surface, taken, v, begin, end); });
     });
 }
@@ -54,7 +54,7 @@ void Warp::run(const DepthSurface &surface, const Pose &pose, DepthView taken,
 /// Whether points of a tile may land, or be the side of a crack, where there is room: the picture
 /// of a box before the camera lies between those of its corners.
 bool Warp::may_land(const DepthSurface &surface, int tile_x, int tile_y, const Pose &pose,
-                    const OpenTiles &open, double margin_px) const {
+                    double margin_px) const {
     const TileDepths range = surface.tiles()(tile_x, tile_y);
     if (range.farthest == 0.0f)
         return false;
@@ -70,11 +70,11 @@ bool Warp::may_land(const DepthSurface &surface, int tile_x, int tile_y, const P
     }
     const Eigen::Vector2f low = (box.min().array() - margin_px).cast<float>();
     const Eigen::Vector2f high = (box.max().array() + margin_px).cast<float>();
-    return open.any(low.x(), low.y(), high.x(), high.y());
+    return open_.any(low.x(), low.y(), high.x(), high.y());
 }
 
-void Warp::scatter(const DepthSurface &surface, const Pose &pose, const OpenTiles &open,
-                   const Eigen::Vector3f &skew, int first_tile_row, int end_tile_row, bool alone) {
+void Warp::scatter(const DepthSurface &surface, const Pose &pose, const Eigen::Vector3f &skew,
+                   int first_tile_row, int end_tile_row, bool alone) {
     constexpr int strip = DepthSurface::tile_width;
     const int w = camera_.width, h = camera_.height;
     const Eigen::Matrix3d K = camera_.matrix(), KR = K * pose.R, Ki = K.inverse();
@@ -84,7 +84,7 @@ void Warp::scatter(const DepthSurface &surface, const Pose &pose, const OpenTile
     const double margin_px = options_.crack_px + 1 + camera_.fx * skew.cast<double>().norm();
     for (int y = first_tile_row; y < end_tile_row; ++y)
         for (int x = 0; x < landing_.width(); ++x)
-            landing_(x, y) = may_land(surface, x, y, pose, open, margin_px);
+            landing_(x, y) = may_land(surface, x, y, pose, margin_px);
 
     WarpedPixel *const to = nearest_.row(margin()) + margin();
     std::array<float, strip + 2> z;

@@ -48,26 +48,29 @@ public:
 
     /// Carries `surface` along `pose` and fills cracks: empty pixels with the same surface on two
     /// opposite sides, and pixels of a far surface that show through a near one. What was hidden or
-    /// outside the picture stays empty. Only for the pixels that are empty in `taken`, all of which
-    /// lie in `open` tiles; what result() has elsewhere means nothing.
-    /// `skew`: rolling shutter, see Placement::skew.
-    void run(const DepthSurface &surface, const Pose &pose, DepthView taken, const OpenTiles &open,
-             WorkerPool &pool, const Eigen::Vector3f &skew = Eigen::Vector3f::Zero());
+    /// outside the picture stays empty. Only for the pixels that are empty in `taken`; what
+    /// result() has elsewhere, or outside of open() tiles, means nothing. `skew`: rolling shutter,
+    /// see Placement::skew.
+    void run(const DepthSurface &surface, const Pose &pose, DepthView taken, WorkerPool &pool,
+             const Eigen::Vector3f &skew = Eigen::Vector3f::Zero());
 
     ImageView<const WarpedPixel> result() const { return filled_; }
+    /// Tiles in which pixels were empty.
+    const OpenTiles &open() const { return open_; }
 
 private:
     int margin() const { return std::max(options_.crack_px, 1); }
     ImageView<const WarpedPixel> landed() const;
     bool may_land(const DepthSurface &surface, int tile_x, int tile_y, const Pose &pose,
-                  const OpenTiles &open, double margin_px) const;
-    void scatter(const DepthSurface &surface, const Pose &pose, const OpenTiles &open,
-                 const Eigen::Vector3f &skew, int first_tile_row, int end_tile_row, bool alone);
+                  double margin_px) const;
+    void scatter(const DepthSurface &surface, const Pose &pose, const Eigen::Vector3f &skew,
+                 int first_tile_row, int end_tile_row, bool alone);
     void fill_cracks(const DepthSurface &surface, DepthView taken, int v, int begin, int end);
     WarpedPixel fill_pixel(const DepthSurface &surface, const WarpedPixel *at) const;
 
     Intrinsics camera_;
     WarpOptions options_;
+    OpenTiles open_;
     Image<WarpedPixel> nearest_; ///< with a margin on all sides, on which nothing lands
     Image<WarpedPixel> filled_;
     Image<std::uint8_t> doubtful_; ///< pixels that may be cracks

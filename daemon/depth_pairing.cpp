@@ -9,9 +9,6 @@ namespace {
 
 /// More maps than a driver can have kept while the light was dark.
 constexpr int max_stale_maps = 16;
-/// A map further ahead of the image, by two frames of the slowest camera, is of a clock gone wrong
-/// and not of an image to come.
-constexpr std::chrono::nanoseconds furthest_ahead = std::chrono::seconds(2);
 
 /// Percent of the pixels that have depth.
 double coverage(const DepthMap &depth) {
@@ -45,7 +42,7 @@ Capture DepthPairing::read(TofSource &tof, Illuminator &light, std::int64_t t_ns
             continue;
         if (late_by >= -pairing_.tolerance)
             return examine(expected);
-        if (late_by < -furthest_ahead)
+        if (late_by < -pairing_.furthest_ahead)
             return damaged("the depth map belongs to no image");
         kept_ = true;
         break;

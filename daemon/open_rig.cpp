@@ -15,6 +15,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <utility>
 
@@ -156,9 +157,12 @@ Result<Rig> open_rig(const Config &config) {
     // What cannot be switched needs no thread for it.
     if (config.illuminator.driver != LightDriver::none)
         tof->light = std::make_unique<LightSwitch>(std::move(tof->light));
-    const Pairing pairing = {milliseconds(config.tof.pairing_tolerance_ms),
-                             milliseconds(config.tof.pairing_wait_ms),
-                             milliseconds(config.tof.delay_ms), config.tof.settling_maps};
+    Pairing pairing = {milliseconds(config.tof.pairing_tolerance_ms),
+                       milliseconds(config.tof.pairing_wait_ms), milliseconds(config.tof.delay_ms),
+                       config.tof.settling_maps};
+    // The images of a slow camera are far apart.
+    pairing.furthest_ahead =
+        std::max(pairing.furthest_ahead, milliseconds(2000 / config.color.fps));
     return Rig{*std::move(color), std::move(tof->source), std::move(tof->light), pairing};
 }
 

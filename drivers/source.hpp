@@ -87,6 +87,8 @@ struct Pairing {
     std::chrono::nanoseconds delay = std::chrono::nanoseconds(0);
     /// Maps after light on that may be passed over until they have settled.
     int settling_maps = 0;
+    /// A map further ahead of the image is of a clock gone wrong, not of an image to come.
+    std::chrono::nanoseconds furthest_ahead = std::chrono::milliseconds(500);
 };
 
 /// Everything a daemon captures with. The three may be faces of one device.

@@ -27,19 +27,16 @@ struct Carried {
         DepthSurface surface(camera, as_measured());
         surface.build(map, pool);
         const DepthMap empty(camera.width, camera.height);
-        OpenTiles open(camera.width, camera.height);
-        open.find(taken ? *taken : empty);
         Warp warp(camera, options);
-        warp.run(surface, pose, taken ? *taken : empty, open, pool, skew);
+        warp.run(surface, pose, taken ? *taken : empty, pool);
         for (int v = 0; v < camera.height; ++v)
-            open.for_each_run(v, [&](int begin, int end) {
+            warp.open().for_each_run(v, [&](int begin, int end) {
                 for (int u = begin; u < end; ++u) {
                     depth(u, v) = warped_z(warp.result()(u, v));
                     cracks += (warp.result()(u, v) & warped_crack) != 0;
                 }
             });
     }
-    Eigen::Vector3f skew = Eigen::Vector3f::Zero();
     Image<float> depth; ///< metres, 0 = none
     int cracks = 0;
 };

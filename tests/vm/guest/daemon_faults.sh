@@ -27,10 +27,7 @@ film=$PWD/room plug_in 0 cam
 back_within 2000
 
 echo "-- it spoils, drops and stalls"
-for what in 'bad 2' 'short 2' 'drop 2' 'eproto 30' 'stall 500'; do
-    fault cam "$what"
-    sleep 1
-done
+faults cam 1 'bad 2' 'short 2' 'drop 2' 'eproto 30' 'stall 500'
 until_true 5 state_is running
 
 echo "-- it freezes"

@@ -7,11 +7,15 @@ modprobe v4l2loopback video_nr=20 exclusive_caps=1
 udevadm settle
 camera=/dev/video20
 
-# in_its_place COMMAND...: what feeds the device from now on.
+# in_its_place [COMMAND...]: what feeds the device from now on; nothing if there is no command.
+feeder=
 in_its_place() {
-    [ -z "${feeder:-}" ] || { kill "$feeder" || true; wait "$feeder" || true; }
-    "$@" &
-    feeder=$!
+    [ -z "$feeder" ] || end_by TERM $feeder
+    feeder=
+    if [ $# -gt 0 ]; then
+        "$@" &
+        feeder=$!
+    fi
 }
 
 echo "-- another size"
@@ -33,7 +37,7 @@ back_within 2000
 until_true 5 state_is running
 
 echo "-- another size in its place"
-in_its_place true
+in_its_place
 until_true 5 state_is color-lost
 in_its_place feed_loopback $camera 320 240 5 100000
 (until_true 5 sh -c "[ \$(grep -c 'no usable format .*GREY' daemon.log) -ge 2 ]") || { cat daemon.log; exit 1; }

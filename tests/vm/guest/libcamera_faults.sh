@@ -7,10 +7,7 @@ plug_in 0 cam
 capture_probe libcamera=1 device=VHCI pattern=1 retry=1 seconds=9 >out &
 probe=$!
 until_line 20 out 'first frame'
-for what in 'bad 2' 'short 2' 'drop 3' 'eproto 30' 'stall 300'; do
-    fault cam "$what"
-    sleep 1
-done
+faults cam 1 'bad 2' 'short 2' 'drop 3' 'eproto 30' 'stall 300'
 wait $probe
 cat out
 expect out 'lost=0 .*torn=0 backwards=0'

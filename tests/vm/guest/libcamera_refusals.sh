@@ -6,7 +6,7 @@ modprobe -a vhci_hcd firmware_node
 # refused KEY=VALUE... REGEX
 refused() {
     local regex=${*: -1}
-    capture_probe libcamera=1 frames=5 "${@:1:$#-1}" >out || true
+    ! capture_probe libcamera=1 frames=5 "${@:1:$#-1}" >out || fail "it is refused"
     expect out "not started: .*$regex"
 }
 refused device=VHCI 'is not there \(libcamera has none\)'

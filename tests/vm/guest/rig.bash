@@ -24,6 +24,14 @@ value() { grep -oE "\b$2=[-+]?[0-9.]+" "$1" | tail -n 1 | cut -d= -f2; }
 # check A OP B: a comparison of numbers, with fractions.
 check() { awk "BEGIN { exit !($1 $2 $3) }" || fail "$1 $2 $3"; }
 
+# end_by SIGNAL PROCESS: ends a child that still runs, by that signal and nothing else.
+end_by() {
+    local code=0
+    kill -"$1" "$2"
+    wait "$2" || code=$?
+    check $code == $((128 + $(kill -l "$1")))
+}
+
 # until_true SECONDS COMMAND...: waits for the command to succeed.
 until_true() {
     local tries=$(($1 * 10))
@@ -64,6 +72,14 @@ plug_in() {
     until_true 20 test -e "$(by_id "$2")"
 }
 fault() { echo "$2" >"$1.fifo"; }
+# faults SERIAL SECONDS LINE...: one after the other, so far apart.
+faults() {
+    local serial=$1 pause=$2
+    for what in "${@:3}"; do
+        fault "$serial" "$what"
+        sleep "$pause"
+    done
+}
 # The stable name of a camera's video node.
 by_id() { echo "/dev/v4l/by-id/usb-Afterglow_Test_Camera_$1-video-index0"; }
 

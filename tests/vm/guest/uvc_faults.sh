@@ -11,10 +11,7 @@ for nodrop in 0 1; do
     capture_probe device="$(by_id cam)" pattern=1 retry=1 seconds=12 >out &
     probe=$!
     until_line 20 out 'first frame'
-    for what in 'bad 2' 'short 2' 'drop 3' 'eproto 30' 'stall 300'; do
-        fault cam "$what"
-        sleep 0.7
-    done
+    faults cam 0.7 'bad 2' 'short 2' 'drop 3' 'eproto 30' 'stall 300'
     wait $probe
     cat out
     expect out 'torn=0 backwards=0'
