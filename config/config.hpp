@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/camera.hpp"
+#include "core/base/camera.hpp"
 #include "core/estimator_options.hpp"
 #include "core/gate.hpp"
-#include "core/power_model.hpp"
-#include "core/result.hpp"
-#include "drivers/replay/replay.hpp"
-#include "drivers/synthetic/synthetic.hpp"
+#include "ipc/power_model.hpp"
+#include "core/base/result.hpp"
+#include "drivers/simulated/replay.hpp"
+#include "drivers/simulated/synthetic/synthetic.hpp"
 
 #include <cstdint>
 #include <string>
@@ -60,7 +60,7 @@ struct Config {
         double pairing_tolerance_ms = 15;
         double pairing_wait_ms = 20;
         double delay_ms = 0;
-        int settling_maps = 10;
+        int warmup_maps = 10;
     } tof;
 
     struct Light {

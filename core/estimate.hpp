@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/image.hpp"
-#include "core/pose.hpp"
+#include "core/base/image.hpp"
+#include "core/base/rigid_motion.hpp"
 
 #include <cstdint>
 

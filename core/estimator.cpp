@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/estimator.hpp"
 
-#include "core/keyframe_pipeline.hpp"
-#include "core/paper_pipeline.hpp"
+#include "core/keyframe/keyframe_pipeline.hpp"
+#include "core/paper/paper_pipeline.hpp"
 
 #include <variant>
 

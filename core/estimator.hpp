@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/camera.hpp"
+#include "core/base/camera.hpp"
 #include "core/estimate.hpp"
 #include "core/estimator_options.hpp"
-#include "core/image.hpp"
-#include "core/worker_pool.hpp"
+#include "core/base/image.hpp"
+#include "core/base/worker_pool.hpp"
 
 #include <cstdint>
 #include <memory>

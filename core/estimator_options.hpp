@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/keyframe_options.hpp"
+#include "core/keyframe/keyframe_options.hpp"
 
 #include <cstdint>
 #include <optional>
@@ -11,12 +11,12 @@ namespace afterglow {
 
 /// Which of the two pipelines makes depth.
 enum class Method : std::uint8_t {
-    paper = 0, ///< the seed paper's: sparse flow from the previous image (core/paper_pipeline.hpp)
-    keyframe = 1, ///< ours: alignment with measured keyframes (core/keyframe_pipeline.hpp)
+    paper = 0, ///< Noraky & Sze 2019's: sparse flow from the previous image (core/paper/paper_pipeline.hpp)
+    keyframe = 1, ///< ours: alignment with measured keyframes (core/keyframe/keyframe_pipeline.hpp)
 };
 
 /// What the estimator is made of, and its constants. The defaults of `flow` and `ransac` are the
-/// seed paper's.
+/// Noraky & Sze 2019's.
 struct EstimatorOptions {
     Method method = Method::keyframe;
     // Of Method::paper.

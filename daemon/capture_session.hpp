@@ -2,7 +2,7 @@
 #pragma once
 
 #include "config/config.hpp"
-#include "daemon/frame_loop.hpp"
+#include "capture/frame_loop.hpp"
 #include "daemon/outbox.hpp"
 #include "ipc/ring_writer.hpp"
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "config/config.hpp"
-#include "core/result.hpp"
+#include "core/base/result.hpp"
 #include "drivers/source.hpp"
 
 #include <memory>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/camera.hpp"
-#include "core/image.hpp"
-#include "core/result.hpp"
+#include "core/base/camera.hpp"
+#include "core/base/image.hpp"
+#include "core/base/result.hpp"
 
 #include <chrono>
 #include <cstdint>
@@ -86,7 +86,7 @@ struct Pairing {
     /// How much later than it says, on the images' clock, a map was taken.
     std::chrono::nanoseconds delay = std::chrono::nanoseconds(0);
     /// Maps after light on that may be passed over until they have settled.
-    int settling_maps = 0;
+    int warmup_maps = 0;
     /// A map further ahead of the image is of a clock gone wrong, not of an image to come.
     std::chrono::nanoseconds furthest_ahead = std::chrono::milliseconds(500);
 };

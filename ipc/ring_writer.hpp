@@ -2,9 +2,9 @@
 #pragma once
 
 #include "afterglow/ring.h"
-#include "core/camera.hpp"
+#include "core/base/camera.hpp"
 #include "core/estimate.hpp"
-#include "core/result.hpp"
+#include "core/base/result.hpp"
 #include "ipc/unique_fd.hpp"
 
 #include <cstdint>

@@ -3,8 +3,8 @@
 
 #include "afterglow/ring.h"
 #include "core/gate.hpp"
-#include "core/power_model.hpp"
-#include "core/result.hpp"
+#include "ipc/power_model.hpp"
+#include "core/base/result.hpp"
 
 #include <systemd/sd-event.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/power_model.hpp"
+#include "ipc/power_model.hpp"
 #include "ipc/service.hpp"
 
 #include <array>
@@ -44,7 +44,7 @@ public:
     std::uint64_t missed() const { return missed_ - missed_before_; }
     /// Percent of the published images for which the TOF light was on; 0 before the first.
     double duty_cycle() const;
-    /// Watts that depth costs at that duty cycle (core/power_model.hpp).
+    /// Watts that depth costs at that duty cycle (ipc/power_model.hpp).
     double estimated_power() const { return power_.system_w(duty_cycle() / 100); }
     /// Of the last frame, percent; negative: not predicted.
     double expected_error() const { return expected_error_; }

@@ -1,4 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/unique_fd.hpp"
+#include "core/base/unique_fd.hpp"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/image.hpp"
-#include "drivers/image_file.hpp"
+#include "core/base/image.hpp"
+#include "drivers/files/image_file.hpp"
 #include "tests/catch.hpp"
 #include "tests/temporary_folder.hpp"
 

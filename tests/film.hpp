@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/estimator.hpp"
-#include "drivers/synthetic/truth.hpp"
+#include "drivers/simulated/synthetic/truth.hpp"
 
 #include <algorithm>
 #include <cstdint>

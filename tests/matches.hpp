@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/camera.hpp"
-#include "core/match.hpp"
-#include "core/pose.hpp"
+#include "core/base/camera.hpp"
+#include "core/paper/match.hpp"
+#include "core/base/rigid_motion.hpp"
 
 #include <random>
 #include <vector>

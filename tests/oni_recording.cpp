@@ -3,9 +3,9 @@
 // oni_recording play FILE ROOM: plays FILE once with the driver "openni2", and prints a line for
 // each map, "map NUMBER", where NUMBER is that of the equal map in the recording ROOM, or -1; then
 // how it ended: "lost" or "refused", and why.
-#include "drivers/image_file.hpp"
+#include "drivers/files/image_file.hpp"
 #include "drivers/openni2/openni2.hpp"
-#include "drivers/replay/recording.hpp"
+#include "drivers/files/recording.hpp"
 
 #include <fmt/format.h>
 

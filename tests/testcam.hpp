@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "drivers/replay/write_recording.hpp"
-#include "drivers/synthetic/truth.hpp"
+#include "drivers/files/write_recording.hpp"
+#include "drivers/simulated/synthetic/truth.hpp"
 #include "tests/catch.hpp"
 #include "tests/program.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/unique_fd.hpp"
+#include "core/base/unique_fd.hpp"
 #include "drivers/illuminator/illuminators.hpp"
 
 #include <fmt/format.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/unique_fd.hpp"
+#include "core/base/unique_fd.hpp"
 #include "drivers/libcamera/wire.hpp"
 
 #include <algorithm>

@@ -3,9 +3,9 @@
 #include "drivers/libcamera/formats.hpp"
 #include "drivers/libcamera/helper_process.hpp"
 #include "drivers/libcamera/libcamera.hpp"
-#include "drivers/libcamera/stamp.hpp"
-#include "drivers/patience.hpp"
-#include "drivers/v4l2/frame_time.hpp"
+#include "drivers/timestamps/libcamera_time.hpp"
+#include "drivers/timeouts.hpp"
+#include "drivers/timestamps/v4l2_time.hpp"
 #include "drivers/v4l2/v4l2_source.hpp"
 
 #include <fmt/format.h>
@@ -74,7 +74,7 @@ private:
     const std::int64_t period_ns_;
     const std::string helper_;
     const std::vector<std::string> arguments_;
-    const Patience patience_;
+    const Timeouts timeouts_;
 
     std::optional<HelperProcess> process_;
     Buffers buffers_;
@@ -102,7 +102,7 @@ Status LibcameraColor::start() {
 
 Status LibcameraColor::await_streaming() {
     Report report;
-    switch (process_->await(report, descriptors_, now() + patience_.first_frame)) {
+    switch (process_->await(report, descriptors_, now() + timeouts_.first_frame)) {
     case Received::nothing:
         return Error{fmt::format("libcamera does not answer about the camera '{}'", device_),
                      ETIMEDOUT};
@@ -127,7 +127,7 @@ Status LibcameraColor::await_streaming() {
     begun_ = false;
     count_ = v4l2::FrameCount();
     last_number_.reset();
-    stuck_at_ = now() + Patience::with(patience_.first_frame, period_ns_);
+    stuck_at_ = now() + Timeouts::with(timeouts_.first_frame, period_ns_);
     return ok();
 }
 
@@ -190,7 +190,7 @@ bool LibcameraColor::take_newest(std::optional<Report> &newest) {
 }
 
 Capture LibcameraColor::accept(const Report &report, ColorFrame &frame) {
-    stuck_at_ = now() + Patience::with(patience_.next_frame, period_ns_);
+    stuck_at_ = now() + Timeouts::with(timeouts_.next_frame, period_ns_);
     frame.sequence = sequence_;
     if (report.kind == Kind::damaged)
         return damaged("libcamera marks it as bad");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/device_clock.hpp"
+#include "drivers/timestamps/device_clock.hpp"
 #include "drivers/openni2/depth_mode.hpp"
 #include "drivers/openni2/library.hpp"
 #include "drivers/openni2/openni2.hpp"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/camera.hpp"
-#include "core/result.hpp"
+#include "core/base/camera.hpp"
+#include "core/base/result.hpp"
 #include "drivers/source.hpp"
 
 #include <chrono>

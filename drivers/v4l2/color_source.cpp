@@ -12,7 +12,7 @@ Result<std::unique_ptr<ColorSource>> open_v4l2_color(const V4l2ColorOptions &opt
         return formats.error();
     return std::unique_ptr<ColorSource>(
         std::make_unique<Source>(calls, options, *std::move(formats), v4l2::Backlog::newest,
-                                 Patience(), v4l2::make_luma_reader));
+                                 Timeouts(), v4l2::make_luma_reader));
 }
 
 } // namespace afterglow

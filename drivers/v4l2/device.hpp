@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/result.hpp"
-#include "core/unique_fd.hpp"
+#include "core/base/result.hpp"
+#include "core/base/unique_fd.hpp"
 #include "drivers/v4l2/system_calls.hpp"
 
 #include <cstddef>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/v4l2/list.hpp"
 
-#include "core/unique_fd.hpp"
+#include "core/base/unique_fd.hpp"
 #include "drivers/v4l2/device.hpp"
 #include "drivers/v4l2/negotiate.hpp"
 #include "drivers/v4l2/pixel_reader.hpp"

@@ -28,9 +28,9 @@ bool is_step(std::uint32_t value, std::uint32_t least, std::uint32_t most, std::
 
 /// Whether frames of the wished-for size exist in this format. A driver that cannot list its
 /// sizes is asked for one when the format is set.
-bool has_size(SystemCalls &calls, int fd, std::uint32_t fourcc, const Wish &wish) {
-    const auto w = static_cast<std::uint32_t>(wish.width);
-    const auto h = static_cast<std::uint32_t>(wish.height);
+bool has_size(SystemCalls &calls, int fd, std::uint32_t fourcc, const FormatRequest &request) {
+    const auto w = static_cast<std::uint32_t>(request.width);
+    const auto h = static_cast<std::uint32_t>(request.height);
     v4l2_frmsizeenum size = {};
     size.pixel_format = fourcc;
     for (; calls.ioctl(fd, VIDIOC_ENUM_FRAMESIZES, &size) == 0; ++size.index) {
@@ -47,15 +47,15 @@ bool has_size(SystemCalls &calls, int fd, std::uint32_t fourcc, const Wish &wish
 
 /// 0 where no format will do.
 std::uint32_t choose(SystemCalls &calls, int fd, const std::vector<std::uint32_t> &offered,
-                     const Wish &wish) {
+                     const FormatRequest &request) {
     std::uint32_t chosen = 0;
     double fastest = 0;
-    for (const std::uint32_t fourcc : wish.formats) {
+    for (const std::uint32_t fourcc : request.formats) {
         if (std::find(offered.begin(), offered.end(), fourcc) == offered.end() ||
-            !has_size(calls, fd, fourcc, wish))
+            !has_size(calls, fd, fourcc, request))
             continue;
-        const double rate = best_rate(calls, fd, fourcc, wish);
-        if (rate >= wish.fps * rate_tolerance)
+        const double rate = best_rate(calls, fd, fourcc, request);
+        if (rate >= request.fps * rate_tolerance)
             return fourcc;
         if (rate > fastest) {
             fastest = rate;
@@ -65,43 +65,43 @@ std::uint32_t choose(SystemCalls &calls, int fd, const std::vector<std::uint32_t
     return chosen;
 }
 
-Error no_format(const std::vector<std::uint32_t> &offered, const Wish &wish) {
+Error no_format(const std::vector<std::uint32_t> &offered, const FormatRequest &request) {
     std::string names;
     for (const std::uint32_t fourcc : offered)
         names += (names.empty() ? "" : ", ") + to_string(fourcc);
-    return {fmt::format("the camera '{}' has no usable format of {}x{} (it offers {})", wish.device,
-                        wish.width, wish.height, names.empty() ? "none" : names),
+    return {fmt::format("the camera '{}' has no usable format of {}x{} (it offers {})", request.device,
+                        request.width, request.height, names.empty() ? "none" : names),
             EINVAL};
 }
 
 Result<FrameLayout> set_format(SystemCalls &calls, int fd, std::uint32_t type, std::uint32_t fourcc,
-                               const Wish &wish) {
+                               const FormatRequest &request) {
     const bool planes = type == V4L2_BUF_TYPE_VIDEO_CAPTURE_MPLANE;
     v4l2_format format = {};
     format.type = type;
     // The first four fields of pix and pix_mp are the same: width, height, format, field.
-    format.fmt.pix.width = static_cast<std::uint32_t>(wish.width);
-    format.fmt.pix.height = static_cast<std::uint32_t>(wish.height);
+    format.fmt.pix.width = static_cast<std::uint32_t>(request.width);
+    format.fmt.pix.height = static_cast<std::uint32_t>(request.height);
     format.fmt.pix.pixelformat = fourcc;
     format.fmt.pix.field = V4L2_FIELD_NONE;
     if (calls.ioctl(fd, VIDIOC_S_FMT, &format) != 0)
-        return device_error(wish.device, "set the format", errno);
+        return device_error(request.device, "set the format", errno);
 
     const v4l2_pix_format &got = format.fmt.pix;
-    if (got.pixelformat != fourcc || got.width != static_cast<std::uint32_t>(wish.width) ||
-        got.height != static_cast<std::uint32_t>(wish.height))
+    if (got.pixelformat != fourcc || got.width != static_cast<std::uint32_t>(request.width) ||
+        got.height != static_cast<std::uint32_t>(request.height))
         return Error{fmt::format("the camera '{}' gives {} of {}x{} instead of {} of {}x{}",
-                                 wish.device, to_string(got.pixelformat), got.width, got.height,
-                                 to_string(fourcc), wish.width, wish.height),
+                                 request.device, to_string(got.pixelformat), got.width, got.height,
+                                 to_string(fourcc), request.width, request.height),
                      EINVAL};
     if (got.field != V4L2_FIELD_NONE && got.field != V4L2_FIELD_ANY)
-        return Error{fmt::format("the camera '{}' gives interlaced images", wish.device), EINVAL};
+        return Error{fmt::format("the camera '{}' gives interlaced images", request.device), EINVAL};
 
     FrameLayout layout;
     layout.buffer_type = type;
     layout.fourcc = fourcc;
-    layout.width = wish.width;
-    layout.height = wish.height;
+    layout.width = request.width;
+    layout.height = request.height;
     layout.stride = planes ? format.fmt.pix_mp.plane_fmt[0].bytesperline : got.bytesperline;
     layout.size = planes ? format.fmt.pix_mp.plane_fmt[0].sizeimage : got.sizeimage;
     return layout;
@@ -141,31 +141,31 @@ std::vector<std::uint32_t> formats_of(SystemCalls &calls, int fd, std::uint32_t 
     return formats;
 }
 
-double best_rate(SystemCalls &calls, int fd, std::uint32_t fourcc, const Wish &wish) {
+double best_rate(SystemCalls &calls, int fd, std::uint32_t fourcc, const FormatRequest &request) {
     v4l2_frmivalenum interval = {};
     interval.pixel_format = fourcc;
-    interval.width = static_cast<std::uint32_t>(wish.width);
-    interval.height = static_cast<std::uint32_t>(wish.height);
+    interval.width = static_cast<std::uint32_t>(request.width);
+    interval.height = static_cast<std::uint32_t>(request.height);
     double best = 0;
     for (; calls.ioctl(fd, VIDIOC_ENUM_FRAMEINTERVALS, &interval) == 0; ++interval.index) {
         if (interval.type != V4L2_FRMIVAL_TYPE_DISCRETE)
-            return std::min(wish.fps, rate_of(interval.stepwise.min));
+            return std::min(request.fps, rate_of(interval.stepwise.min));
         best = std::max(best, rate_of(interval.discrete));
     }
-    return interval.index == 0 ? wish.fps : std::min(wish.fps, best);
+    return interval.index == 0 ? request.fps : std::min(request.fps, best);
 }
 
-Result<FrameLayout> negotiate(SystemCalls &calls, int fd, const Wish &wish) {
-    const Result<std::uint32_t> type = capture_type(calls, fd, wish.device);
+Result<FrameLayout> negotiate(SystemCalls &calls, int fd, const FormatRequest &request) {
+    const Result<std::uint32_t> type = capture_type(calls, fd, request.device);
     if (!type)
         return type.error();
     const std::vector<std::uint32_t> offered = formats_of(calls, fd, *type);
-    const std::uint32_t fourcc = choose(calls, fd, offered, wish);
+    const std::uint32_t fourcc = choose(calls, fd, offered, request);
     if (fourcc == 0)
-        return no_format(offered, wish);
-    Result<FrameLayout> layout = set_format(calls, fd, *type, fourcc, wish);
+        return no_format(offered, request);
+    Result<FrameLayout> layout = set_format(calls, fd, *type, fourcc, request);
     if (layout)
-        layout->period_ns = set_rate(calls, fd, *type, wish.fps);
+        layout->period_ns = set_rate(calls, fd, *type, request.fps);
     return layout;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/result.hpp"
+#include "core/base/result.hpp"
 #include "drivers/v4l2/system_calls.hpp"
 
 #include <cstddef>
@@ -13,7 +13,7 @@
 namespace afterglow::v4l2 {
 
 /// What is wanted of a camera.
-struct Wish {
+struct FormatRequest {
     std::string device;
     int width = 0;
     int height = 0;
@@ -37,12 +37,12 @@ Result<std::uint32_t> capture_type(SystemCalls &calls, int fd, const std::string
 /// The FourCCs that it lists.
 std::vector<std::uint32_t> formats_of(SystemCalls &calls, int fd, std::uint32_t type);
 /// The best rate up to the wished-for one; that itself where the driver cannot list its rates.
-double best_rate(SystemCalls &calls, int fd, std::uint32_t fourcc, const Wish &wish);
+double best_rate(SystemCalls &calls, int fd, std::uint32_t fourcc, const FormatRequest &request);
 
 /// Sets format, size and rate of an open device that nobody streams from: the first of the
 /// wished-for formats that the device has at this size and rate; where none is so fast, the
 /// fastest. Errors: it does not capture, has no such format or size, or is in use.
-Result<FrameLayout> negotiate(SystemCalls &calls, int fd, const Wish &wish);
+Result<FrameLayout> negotiate(SystemCalls &calls, int fd, const FormatRequest &request);
 
 /// Keeps a camera from lengthening its frames when it is dark, where it has a control for that.
 void forbid_slow_exposure(SystemCalls &calls, int fd);

@@ -15,15 +15,15 @@ namespace afterglow::v4l2 {
 
 Result<FrameLayout> Stream::start() {
     stop();
-    Result<UniqueFd> fd = open_device(calls_, wish_.device);
+    Result<UniqueFd> fd = open_device(calls_, request_.device);
     if (!fd)
         return fd.error();
-    Result<FrameLayout> layout = negotiate(calls_, fd->get(), wish_);
+    Result<FrameLayout> layout = negotiate(calls_, fd->get(), request_);
     if (!layout)
         return layout;
     forbid_slow_exposure(calls_, fd->get());
     Result<BufferQueue> queue =
-        BufferQueue::start(calls_, fd->get(), layout->buffer_type, wish_.device);
+        BufferQueue::start(calls_, fd->get(), layout->buffer_type, request_.device);
     if (!queue)
         return queue.error();
 
@@ -33,7 +33,7 @@ Result<FrameLayout> Stream::start() {
     count_ = FrameCount();
     clock_ = FrameClock(layout->period_ns);
     period_ns_ = layout->period_ns;
-    allow(patience_.first_frame);
+    allow(timeouts_.first_frame);
     return layout;
 }
 
@@ -88,7 +88,7 @@ Capture Stream::accept(const v4l2_buffer &first, RawFrame &frame) {
         sequence = count_.next(buffer.sequence);
     }
     held_ = buffer.index;
-    allow(patience_.next_frame);
+    allow(timeouts_.next_frame);
     frame = {queue_->bytes(buffer), clock_.capture_time(buffer, calls_.now_ns()), sequence};
     if ((buffer.flags & V4L2_BUF_FLAG_ERROR) == 0)
         return Capture::frame;
@@ -97,7 +97,7 @@ Capture Stream::accept(const v4l2_buffer &first, RawFrame &frame) {
 }
 
 void Stream::allow(std::chrono::nanoseconds silence) {
-    stuck_at_ns_ = calls_.now_ns() + Patience::with(silence, period_ns_).count();
+    stuck_at_ns_ = calls_.now_ns() + Timeouts::with(silence, period_ns_).count();
 }
 
 void Stream::release() {
@@ -107,20 +107,20 @@ void Stream::release() {
 }
 
 Capture Stream::damaged(std::string_view why) {
-    problem_ = fmt::format("an image of the camera '{}' is dropped: {}", wish_.device, why);
+    problem_ = fmt::format("an image of the camera '{}' is dropped: {}", request_.device, why);
     return Capture::damaged;
 }
 
 Capture Stream::lost(int code) {
     switch (code) {
     case ENODEV:
-        problem_ = fmt::format("the camera '{}' was unplugged", wish_.device);
+        problem_ = fmt::format("the camera '{}' was unplugged", request_.device);
         break;
     case ETIMEDOUT:
-        problem_ = fmt::format("the camera '{}' gives no images", wish_.device);
+        problem_ = fmt::format("the camera '{}' gives no images", request_.device);
         break;
     default:
-        problem_ = fmt::format("the camera '{}' stopped: {}", wish_.device, std::strerror(code));
+        problem_ = fmt::format("the camera '{}' stopped: {}", request_.device, std::strerror(code));
         break;
     }
     return Capture::lost;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/result.hpp"
-#include "core/unique_fd.hpp"
-#include "drivers/patience.hpp"
+#include "core/base/result.hpp"
+#include "core/base/unique_fd.hpp"
+#include "drivers/timeouts.hpp"
 #include "drivers/source.hpp"
 #include "drivers/v4l2/buffer_queue.hpp"
-#include "drivers/v4l2/frame_time.hpp"
+#include "drivers/timestamps/v4l2_time.hpp"
 #include "drivers/v4l2/negotiate.hpp"
 #include "drivers/v4l2/system_calls.hpp"
 
@@ -42,9 +42,9 @@ enum class Backlog {
 /// but to describe a problem.
 class Stream {
 public:
-    /// `wish.formats` must outlive the stream.
-    Stream(SystemCalls &calls, Wish wish, Backlog backlog, const Patience &patience)
-        : calls_(calls), wish_(std::move(wish)), backlog_(backlog), patience_(patience) {}
+    /// `request.formats` must outlive the stream.
+    Stream(SystemCalls &calls, FormatRequest request, Backlog backlog, const Timeouts &timeouts)
+        : calls_(calls), request_(std::move(request)), backlog_(backlog), timeouts_(timeouts) {}
 
     /// Finds and opens the device, wherever it is by now, and begins to stream.
     Result<FrameLayout> start();
@@ -70,9 +70,9 @@ private:
     void allow(std::chrono::nanoseconds silence);
 
     SystemCalls &calls_;
-    const Wish wish_;
+    const FormatRequest request_;
     const Backlog backlog_;
-    const Patience patience_;
+    const Timeouts timeouts_;
 
     UniqueFd fd_;
     std::optional<BufferQueue> queue_;

@@ -14,7 +14,7 @@ Result<std::unique_ptr<TofSource>> open_v4l2_tof(const V4l2TofOptions &options,
         return Error{"mm_per_unit must be more than 0, and at most 65535", 0};
     const v4l2::DepthScale scale = {options.mm_per_unit, options.invalid};
     return std::unique_ptr<TofSource>(std::make_unique<Source>(
-        calls, options, *std::move(formats), v4l2::Backlog::in_order, Patience::endless(),
+        calls, options, *std::move(formats), v4l2::Backlog::in_order, Timeouts::endless(),
         [scale](const v4l2::FrameLayout &layout, int) {
             return v4l2::make_depth_reader(layout, scale);
         }));

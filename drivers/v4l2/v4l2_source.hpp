@@ -31,13 +31,13 @@ public:
 
     template <class Options>
     V4l2Source(SystemCalls &calls, const Options &options, std::vector<std::uint32_t> formats,
-               Backlog backlog, const Patience &patience, MakeReader make_reader)
+               Backlog backlog, const Timeouts &timeouts, MakeReader make_reader)
         : camera_(options.camera), formats_(std::move(formats)),
           make_reader_(std::move(make_reader)),
           stream_(
               calls,
               {options.device, options.camera.width, options.camera.height, options.fps, formats_},
-              backlog, patience) {}
+              backlog, timeouts) {}
 
     const Intrinsics &intrinsics() const override { return camera_; }
 

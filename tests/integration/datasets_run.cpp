@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/synthetic/truth.hpp"
+#include "drivers/simulated/synthetic/truth.hpp"
 #include "tests/catch.hpp"
 #include "tests/dataset_folder.hpp"
 #include "tests/program.hpp"

@@ -2,8 +2,8 @@
 // The unmodified daemon on an OpenNI2 device: afterglow-testcam plays the depth of a recording in
 // step with the images that the driver "replay" plays.
 #include "afterglow/afterglow.h"
-#include "drivers/image_file.hpp"
-#include "drivers/replay/recording.hpp"
+#include "drivers/files/image_file.hpp"
+#include "drivers/files/recording.hpp"
 #include "tests/catch.hpp"
 #include "tests/served.hpp"
 #include "tests/testcam.hpp"
@@ -94,7 +94,7 @@ TEST_CASE("depth of an OpenNI2 device is published as offline, pixel for pixel, 
     std::vector<Published> published;
     for (int attempt = 0; attempt < 5 && !is_same(published, expected); ++attempt) {
         const Testcam testcam(room, 1);
-        Served served(configuration(room, 1, "openni2-emitter", "settling_maps = 0\n"));
+        Served served(configuration(room, 1, "openni2-emitter", "warmup_maps = 0\n"));
         published = read_all(served, room);
         INFO(served.daemon.errors());
 

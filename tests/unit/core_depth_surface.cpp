@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/depth_surface.hpp"
+#include "core/keyframe/depth_surface.hpp"
 #include "tests/catch.hpp"
 
 #include <cmath>
@@ -12,7 +12,7 @@ namespace {
 const Intrinsics camera{100, 100, 49.5, 34.5, 100, 70};
 
 DepthSurface surface_of(const DepthMap &map, const SurfaceOptions &options = {},
-                        const DepthCalibration &calibration = {}, int workers = 1) {
+                        const DepthCorrection &calibration = {}, int workers = 1) {
     WorkerPool pool(workers);
     DepthSurface surface(camera, options);
     surface.build(map, pool, calibration);
@@ -84,7 +84,7 @@ TEST_CASE("readings that are none are left out, and the share of the rest is tol
 }
 
 TEST_CASE("readings are made true depths by the calibration", "[core]") {
-    DepthCalibration calibration;
+    DepthCorrection calibration;
     calibration.shape = {0.1f, -0.05f, 0.02f};
     const DepthSurface surface =
         surface_of(DepthMap(camera.width, camera.height, std::uint16_t{1000}), {}, calibration);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/direct_alignment.hpp"
-#include "core/pose_tracker.hpp"
-#include "drivers/synthetic/truth.hpp"
+#include "core/keyframe/direct_alignment.hpp"
+#include "core/keyframe/pose_tracker.hpp"
+#include "drivers/simulated/synthetic/truth.hpp"
 #include "tests/catch.hpp"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What must hold of preset "default" whatever is before the camera.
-#include "core/metrics.hpp"
+#include "eval/scoring/metrics.hpp"
 #include "tests/allocation_count.hpp"
 #include "tests/catch.hpp"
 #include "tests/film.hpp"

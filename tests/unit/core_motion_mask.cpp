@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/expected_error.hpp"
-#include "core/keyframe_pipeline.hpp"
-#include "drivers/synthetic/truth.hpp"
+#include "core/keyframe/expected_error.hpp"
+#include "core/keyframe/keyframe_pipeline.hpp"
+#include "drivers/simulated/synthetic/truth.hpp"
 #include "tests/catch.hpp"
 
 #include <Eigen/Geometry>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/open_tiles.hpp"
+#include "core/keyframe/open_tiles.hpp"
 #include "tests/catch.hpp"
 
 #include <limits>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/pose_solver.hpp"
+#include "core/paper/pose_solver.hpp"
 #include "tests/catch.hpp"
 #include "tests/matches.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/published_frame.hpp"
+#include "core/paper/published_frame.hpp"
 #include "tests/catch.hpp"
 
 using namespace afterglow;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/pose_solver.hpp"
-#include "core/ransac.hpp"
+#include "core/paper/pose_solver.hpp"
+#include "core/paper/ransac.hpp"
 #include "tests/catch.hpp"
 #include "tests/matches.hpp"
 

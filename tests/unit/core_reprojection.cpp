@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/reprojection.hpp"
+#include "core/paper/reprojection.hpp"
 #include "tests/catch.hpp"
 #include "tests/matches.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/three_step_search.hpp"
+#include "core/paper/three_step_search.hpp"
 #include "tests/catch.hpp"
 
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/warp.hpp"
+#include "core/keyframe/warp.hpp"
 #include "tests/catch.hpp"
 
 #include <cmath>

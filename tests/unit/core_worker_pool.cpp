@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/worker_pool.hpp"
+#include "core/base/worker_pool.hpp"
 #include "tests/catch.hpp"
 
 #include <set>

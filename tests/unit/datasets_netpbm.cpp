@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/dataset_folder.hpp"
-#include "tools/eval/datasets/netpbm.hpp"
+#include "eval/datasets/netpbm.hpp"
 
 using namespace afterglow;
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/catch.hpp"
-#include "tools/eval/datasets/lens.hpp"
-#include "tools/eval/datasets/registration.hpp"
-#include "tools/eval/datasets/scale.hpp"
+#include "eval/datasets/lens.hpp"
+#include "eval/datasets/registration.hpp"
+#include "eval/datasets/scale.hpp"
 
 #include <cmath>
 #include <cstdlib>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/image_file.hpp"
+#include "drivers/files/image_file.hpp"
 #include "tests/catch.hpp"
 #include "tests/temporary_folder.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/image_file.hpp"
-#include "drivers/replay/recording.hpp"
-#include "drivers/replay/write_recording.hpp"
+#include "drivers/files/image_file.hpp"
+#include "drivers/files/recording.hpp"
+#include "drivers/files/write_recording.hpp"
 #include "tests/catch.hpp"
 #include "tests/temporary_folder.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/sequence_rig.hpp"
+#include "drivers/simulated/sequence_rig.hpp"
 #include "tests/catch.hpp"
 
 #include <set>

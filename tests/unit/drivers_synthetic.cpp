@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/synthetic/synthetic.hpp"
-#include "drivers/synthetic/truth.hpp"
+#include "drivers/simulated/synthetic/synthetic.hpp"
+#include "drivers/simulated/synthetic/truth.hpp"
 #include "tests/allocation_count.hpp"
 #include "tests/catch.hpp"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/catch.hpp"
-#include "tools/eval/summary.hpp"
+#include "eval/scoring/summary.hpp"
 
 using namespace afterglow;
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/libcamera/stamp.hpp"
+#include "drivers/timestamps/libcamera_time.hpp"
 #include "tests/catch.hpp"
 
 using namespace afterglow::libcam;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/gate.hpp"
 #include "tests/catch.hpp"
-#include "tools/eval/report/html.hpp"
-#include "tools/eval/report/paper_figures.hpp"
-#include "tools/eval/report/plot.hpp"
-#include "tools/eval/report/png_data.hpp"
-#include "tools/eval/report/results_json.hpp"
-#include "tools/eval/report/table.hpp"
-#include "tools/eval/report/tradeoff.hpp"
+#include "eval/report/html.hpp"
+#include "eval/report/paper_figures.hpp"
+#include "eval/report/plot.hpp"
+#include "eval/report/png_data.hpp"
+#include "eval/report/results_json.hpp"
+#include "eval/report/table.hpp"
+#include "eval/experiments/tradeoff.hpp"
 
 #include <functional>
 #include <string>
@@ -164,7 +164,7 @@ TEST_CASE("names of folders cannot break the page or the tables", "[report]") {
     CHECK(all_tables(sample()).find(",+20.0") != std::string::npos); // numbers stay numbers
 }
 
-TEST_CASE("thresholds are set for one percent, rivals for the same duty cycle", "[report]") {
+TEST_CASE("thresholds are set for one percent, baselines for the same duty cycle", "[report]") {
     const Results r = sample();
     CHECK(tuned_score(r.scores, "desk", "paper")->setting.value == 2);
     CHECK(tuned_score(r.scores, "desk", "default")->setting.value == 1);

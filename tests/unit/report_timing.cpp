@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/catch.hpp"
-#include "tools/eval/report/timing.hpp"
+#include "eval/experiments/timing.hpp"
 
 using namespace afterglow;
 

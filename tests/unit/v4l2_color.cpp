@@ -247,7 +247,7 @@ TEST_CASE("a buffer that the driver does not take back ends in a loss, not in si
     CHECK(last == Capture::lost);
 }
 
-TEST_CASE("a wish that no device could satisfy is refused when it is opened") {
+TEST_CASE("a request that no device could satisfy is refused when it is opened") {
     V4l2ColorOptions good;
     good.device = "/dev/video0";
     good.camera = {5, 5, 2, 1, 4, 2};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/v4l2/frame_time.hpp"
+#include "drivers/timestamps/v4l2_time.hpp"
 #include "tests/catch.hpp"
 
 #include <linux/videodev2.h>

@@ -13,7 +13,7 @@
 //     cycles=N      starts, takes a frame and stops, so often; then counts what was left behind
 //     calls=1       tells of each call that the driver refuses: its number, and the error
 //     light=CONTROL lights it, waits for seconds=N, and ends
-#include "core/unique_fd.hpp"
+#include "core/base/unique_fd.hpp"
 #ifdef AFTERGLOW_WITH_LIBCAMERA
 #include "drivers/libcamera/libcamera.hpp"
 #endif

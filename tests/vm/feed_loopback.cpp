@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // feed_loopback DEVICE WIDTH HEIGHT FPS FRAMES [FOURCC]: writes the images of test_pattern.hpp into
 // a v4l2loopback device, as GREY, or as if they were of another format.
-#include "core/unique_fd.hpp"
+#include "core/base/unique_fd.hpp"
 #include "tests/vm/test_pattern.hpp"
 
 #include <linux/videodev2.h>

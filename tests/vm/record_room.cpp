@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // record_room DIR FRAMES PERIOD_MS [WIDTH HEIGHT]: films the synthetic room, 160x120, as a
 // recording.
-#include "drivers/replay/write_recording.hpp"
-#include "drivers/synthetic/truth.hpp"
+#include "drivers/files/write_recording.hpp"
+#include "drivers/simulated/synthetic/truth.hpp"
 
 #include <cstdio>
 #include <cstdlib>

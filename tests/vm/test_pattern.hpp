@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/image.hpp"
+#include "core/base/image.hpp"
 
 #include <cstdint>
 

@@ -11,8 +11,8 @@
 // but where that has holes, they may be filled. With DIR depth is written there as 000000.png and
 // so on, and the number of the first frame as DIR/first.
 #include "afterglow/afterglow.h"
-#include "drivers/image_file.hpp"
-#include "drivers/replay/recording.hpp"
+#include "drivers/files/image_file.hpp"
+#include "drivers/files/recording.hpp"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/rgb.hpp"
-#include "drivers/image_file.hpp"
+#include "core/base/rgb.hpp"
+#include "drivers/files/image_file.hpp"
 #include "tools/ctl/commands.hpp"
 #include "tools/ctl/stream.hpp"
 #include "tools/picture/depth_colors.hpp"

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "afterglow/afterglow.h"
-#include "core/result.hpp"
+#include "core/base/result.hpp"
 
 #include <cstdint>
 #include <memory>

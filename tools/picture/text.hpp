@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/image.hpp"
-#include "core/rgb.hpp"
+#include "core/base/image.hpp"
+#include "core/base/rgb.hpp"
 
 #include <string_view>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/image.hpp"
+#include "core/base/image.hpp"
 #include "tools/testcam/emitter.hpp"
 #include "tools/testcam/film.hpp"
 #include "tools/testcam/openni_driver.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // afterglow-testcam: an OpenNI2 driver whose one device is a TOF camera that plays depth. It needs
 // no hardware; tools/testcam/settings.hpp says what it can be told.
-#include "core/unique_fd.hpp"
+#include "core/base/unique_fd.hpp"
 #include "tools/testcam/depth_stream.hpp"
 
 #include <sys/stat.h>

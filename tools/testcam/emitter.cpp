@@ -10,7 +10,7 @@ std::int64_t now_ns() {
 }
 
 Emitter::Emitter(const Settings &settings)
-    : wake_ns_(settings.wake_ns), settling_maps_(settings.settling_maps) {
+    : wake_ns_(settings.wake_ns), warmup_maps_(settings.warmup_maps) {
     if (!settings.log.empty())
         log_.open(settings.log, std::ios::app);
 }
@@ -49,7 +49,7 @@ Light Emitter::expose(std::int64_t t_ns, std::uint64_t sequence) {
     if (!lit_since_ns_ || t_ns < *lit_since_ns_ + wake_ns_)
         return Light::dark;
     note(t_ns, "map " + std::to_string(sequence));
-    return ++maps_since_lit_ > settling_maps_ ? Light::good : Light::settling;
+    return ++maps_since_lit_ > warmup_maps_ ? Light::good : Light::settling;
 }
 
 void Emitter::note(std::int64_t t_ns, const std::string &what) {

@@ -34,7 +34,7 @@ private:
     void note(std::int64_t t_ns, const std::string &what);
 
     const std::int64_t wake_ns_;
-    const int settling_maps_;
+    const int warmup_maps_;
     std::mutex mutex_;
     bool on_ = true;
     bool streaming_ = false;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // afterglow-feed DEVICE RECORDING: plays the images of a recording into a v4l2loopback device, as
 // GREY, in step with an afterglow-testcam that plays its depth. Until it is stopped.
-#include "core/unique_fd.hpp"
-#include "drivers/image_file.hpp"
-#include "drivers/replay/recording.hpp"
-#include "drivers/replay/rounds.hpp"
-#include "drivers/sequence_rig.hpp"
+#include "core/base/unique_fd.hpp"
+#include "drivers/files/image_file.hpp"
+#include "drivers/files/recording.hpp"
+#include "drivers/simulated/rounds.hpp"
+#include "drivers/simulated/sequence_rig.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/testcam/film.hpp"
 
-#include "drivers/replay/recording.hpp"
-#include "drivers/sequence_rig.hpp"
-#include "drivers/synthetic/synthetic.hpp"
-#include "drivers/synthetic/truth.hpp"
+#include "drivers/files/recording.hpp"
+#include "drivers/simulated/sequence_rig.hpp"
+#include "drivers/simulated/synthetic/synthetic.hpp"
+#include "drivers/simulated/synthetic/truth.hpp"
 
 #include <algorithm>
 #include <utility>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/camera.hpp"
-#include "core/image.hpp"
-#include "core/result.hpp"
-#include "drivers/replay/rounds.hpp"
+#include "core/base/camera.hpp"
+#include "core/base/image.hpp"
+#include "core/base/result.hpp"
+#include "drivers/simulated/rounds.hpp"
 #include "tools/testcam/settings.hpp"
 
 #include <cstdint>

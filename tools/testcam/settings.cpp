@@ -28,7 +28,7 @@ Settings settings_from_environment() {
     if (!(settings.speed > 0))
         settings.speed = 1;
     settings.wake_ns = static_cast<std::int64_t>(number("WAKE_MS", 0) * 1e6);
-    settings.settling_maps = static_cast<int>(number("SETTLING_MAPS", 0));
+    settings.warmup_maps = static_cast<int>(number("SETTLING_MAPS", 0));
     settings.drift_ppm = number("DRIFT_PPM", 0);
     settings.plugged = number("PLUGGED", 1) != 0;
     settings.log = text("LOG");

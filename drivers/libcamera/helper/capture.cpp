@@ -27,7 +27,7 @@ using namespace libcamera;
 /// A camera, from the looking for it to the end of the process.
 class Capture {
 public:
-    explicit Capture(const CaptureWish &wish) : wish_(wish) {}
+    explicit Capture(const CaptureRequest &wanted) : wish_(wanted) {}
 
     /// Streams; false, and said why, if that cannot be.
     bool start();
@@ -45,7 +45,7 @@ private:
     void completed(Request *request);
     void disconnected();
 
-    const CaptureWish wish_;
+    const CaptureRequest wish_;
     CameraManager manager_;
     std::shared_ptr<Camera> camera_;
     std::unique_ptr<CameraConfiguration> configuration_;
@@ -207,8 +207,8 @@ void say_failed(std::string_view sentence, int code) {
     send(helper_socket, report);
 }
 
-void capture(const CaptureWish &wish) {
-    Capture capture(wish);
+void capture(const CaptureRequest &wanted) {
+    Capture capture(wanted);
     if (capture.start())
         capture.serve();
     // Nor are its members destroyed: that can hang, or abort.

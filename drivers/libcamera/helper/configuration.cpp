@@ -27,21 +27,21 @@ PixelFormat pixel_format(std::uint32_t v4l2_code) {
     return PixelFormat(drm_code(v4l2_code));
 }
 
-std::unique_ptr<CameraConfiguration> configuration(Camera &camera, const CaptureWish &wish) {
-    const Size size(static_cast<unsigned>(wish.width), static_cast<unsigned>(wish.height));
+std::unique_ptr<CameraConfiguration> configuration(Camera &camera, const CaptureRequest &wanted) {
+    const Size size(static_cast<unsigned>(wanted.width), static_cast<unsigned>(wanted.height));
     std::unique_ptr<CameraConfiguration> configuration =
         camera.generateConfiguration({StreamRole::Viewfinder});
     std::string offered;
     if (configuration && !configuration->empty()) {
-        for (const std::uint32_t code : wish.formats) {
+        for (const std::uint32_t code : wanted.formats) {
             if (is_as_wished(*configuration, pixel_format(code), size))
                 return configuration;
         }
         for (const PixelFormat &format : configuration->at(0).formats().pixelformats())
             offered += (offered.empty() ? "" : ", ") + format.toString();
     }
-    say_failed(fmt::format("the camera '{}' has no usable format of {}x{} (it offers {})", wish.id,
-                           wish.width, wish.height, offered.empty() ? "none" : offered),
+    say_failed(fmt::format("the camera '{}' has no usable format of {}x{} (it offers {})", wanted.id,
+                           wanted.width, wanted.height, offered.empty() ? "none" : offered),
                EINVAL);
     return nullptr;
 }

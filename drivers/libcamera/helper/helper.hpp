@@ -12,7 +12,7 @@
 namespace afterglow::libcam {
 
 /// What afterglowd asked for.
-struct CaptureWish {
+struct CaptureRequest {
     std::string id;
     int width = 0;
     int height = 0;
@@ -22,7 +22,7 @@ struct CaptureWish {
 
 /// The main thread's work. Each ends when there is no more to do or the other side is gone.
 void list_cameras();
-void capture(const CaptureWish &wish);
+void capture(const CaptureRequest &wanted);
 
 /// Any thread.
 void say_failed(std::string_view sentence, int code);
@@ -31,6 +31,6 @@ libcamera::PixelFormat pixel_format(std::uint32_t v4l2_code);
 /// A configuration of one stream, of the first of the wished-for formats that the camera has at
 /// this size. Returns nothing, and says so, if there is none.
 std::unique_ptr<libcamera::CameraConfiguration> configuration(libcamera::Camera &camera,
-                                                              const CaptureWish &wish);
+                                                              const CaptureRequest &wanted);
 
 } // namespace afterglow::libcam

@@ -28,16 +28,16 @@ bool is_connected() {
            type == SOCK_SEQPACKET;
 }
 
-CaptureWish wish_of(char **arguments) {
-    CaptureWish wish;
-    wish.id = arguments[0];
-    wish.width = std::atoi(arguments[1]);
-    wish.height = std::atoi(arguments[2]);
-    wish.period_us = std::atoll(arguments[3]);
+CaptureRequest wish_of(char **arguments) {
+    CaptureRequest wanted;
+    wanted.id = arguments[0];
+    wanted.width = std::atoi(arguments[1]);
+    wanted.height = std::atoi(arguments[2]);
+    wanted.period_us = std::atoll(arguments[3]);
     std::istringstream formats(arguments[4]);
     for (std::string format; std::getline(formats, format, ',');)
-        wish.formats.push_back(static_cast<std::uint32_t>(std::stoul(format)));
-    return wish;
+        wanted.formats.push_back(static_cast<std::uint32_t>(std::stoul(format)));
+    return wanted;
 }
 
 } // namespace

@@ -102,7 +102,7 @@ cy = $cy
 fps = ${fps:-5}
 [tof]
 driver = "openni2"
-settling_maps = 0
+warmup_maps = 0
 pairing_tolerance_ms = ${tolerance:-15}
 pairing_wait_ms = 100
 [illuminator]

@@ -8,8 +8,8 @@
 //     unplug | cut                           the program ends, and the camera is gone; in the
 //     middle
 //                                            of a frame
-#include "drivers/image_file.hpp"
-#include "drivers/replay/recording.hpp"
+#include "drivers/files/image_file.hpp"
+#include "drivers/files/recording.hpp"
 #include "tests/vm/uvc_camera/controls.hpp"
 #include "tests/vm/uvc_camera/payload.hpp"
 #include "tests/vm/uvc_camera/usbip.hpp"

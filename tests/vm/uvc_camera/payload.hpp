@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/image.hpp"
-#include "drivers/replay/rounds.hpp"
+#include "core/base/image.hpp"
+#include "drivers/simulated/rounds.hpp"
 #include "tests/vm/uvc_camera/controls.hpp"
 
 #include <cstddef>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/unique_fd.hpp"
+#include "core/base/unique_fd.hpp"
 
 #include <array>
 #include <cstdint>
@@ -19,7 +19,7 @@ struct IsoPacket {
     std::int32_t status = 0;
 };
 
-/// A transfer that the host asks for, or the wish to give one up.
+/// A transfer that the host asks for, or the request to give one up.
 struct Transfer {
     bool unlink = false;
     std::uint32_t sequence = 0;

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "capture/frame_loop.hpp"
+
+namespace afterglow {
+namespace {
+
+bool has_size(const Intrinsics &camera, int width, int height) {
+    return width == camera.width && height == camera.height;
+}
+
+/// What `work` gives; the time it takes is added to `total`.
+template <class Work>
+decltype(auto) timed(std::chrono::nanoseconds &total, Work &&work) {
+    const auto start = std::chrono::steady_clock::now();
+    decltype(auto) result = work();
+    total += std::chrono::steady_clock::now() - start;
+    return result;
+}
+
+} // namespace
+
+FrameLoop::FrameLoop(Rig &rig, const EstimatorOptions &estimator, const GatePolicy &gate,
+                     WorkerPool &pool)
+    : rig_(rig), options_(estimator), policy_(gate), pool_(pool),
+      pairing_(rig.pairing, rig.color->intrinsics()) {
+    const Intrinsics &color = rig.color->intrinsics();
+    color_.luma = Luma(color.width, color.height);
+    gate_.emplace(policy_);
+    estimator_.emplace(options_, color, pool_);
+}
+
+Status FrameLoop::start() {
+    if (Status started = start_color(); !started)
+        return started;
+    Status started = start_tof();
+    if (!started)
+        stop();
+    return started;
+}
+
+Status FrameLoop::start_color() {
+    Status started = rig_.color->start();
+    if (!started)
+        return started;
+    policy_.mode = gate_->mode();
+    gate_.emplace(policy_);
+    estimator_.emplace(options_, rig_.color->intrinsics(), pool_);
+    last_t_ns_.reset();
+    return ok();
+}
+
+Status FrameLoop::start_tof() {
+    Status started = rig_.tof->start();
+    tof_running_ = static_cast<bool>(started);
+    return started;
+}
+
+void FrameLoop::stop() {
+    stop_tof();
+    rig_.color->stop();
+}
+
+void FrameLoop::stop_tof() {
+    FrameResult ignored;
+    set_light(false, ignored);
+    rig_.tof->stop();
+    tof_running_ = false;
+}
+
+FrameResult FrameLoop::step(std::chrono::nanoseconds timeout) {
+    FrameResult result;
+    result.capture = rig_.color->read(color_, timeout);
+    if (result.capture == Capture::frame && !is_trusted(result))
+        result.capture = Capture::damaged;
+    else if (result.capture == Capture::damaged || result.capture == Capture::lost)
+        result.problem = rig_.color->problem();
+    if (result.capture == Capture::lost || result.capture == Capture::ended)
+        set_light(false, result);
+    if (result.capture != Capture::frame)
+        return result;
+
+    last_t_ns_ = color_.t_ns;
+    result.luma = color_.luma;
+    result.t_ns = color_.t_ns;
+    result.sequence = color_.sequence;
+    result.estimate = timed(result.estimation_time, [&]() -> const Estimate & {
+        return estimator_->track(color_.luma, color_.t_ns);
+    });
+    if (gate_->wants_light(result.estimate) && tof_running_) {
+        measure(result);
+    } else {
+        set_light(false, result);
+        result.lit = rig_.illuminator->was_lit(color_.t_ns);
+    }
+    return result;
+}
+
+bool FrameLoop::is_trusted(FrameResult &result) {
+    const Intrinsics &camera = rig_.color->intrinsics();
+    if (!has_size(camera, color_.luma.width(), color_.luma.height())) {
+        result.problem = "the image has not the size of the camera's images";
+        color_.luma = Luma(camera.width, camera.height);
+    } else if (last_t_ns_ && color_.t_ns <= *last_t_ns_) {
+        result.problem = "the image is not later than the one before it";
+    }
+    return result.problem.empty();
+}
+
+void FrameLoop::measure(FrameResult &result) {
+    if (!set_light(true, result))
+        return;
+    result.awaited = true;
+    result.lit = rig_.illuminator->was_lit(color_.t_ns);
+    result.tof = pairing_.read(*rig_.tof, *rig_.illuminator, color_.t_ns, result.estimate);
+    if (result.tof == Capture::damaged || result.tof == Capture::lost)
+        result.problem = pairing_.problem();
+    if (result.tof == Capture::lost)
+        set_light(false, result);
+    if (result.tof != Capture::frame)
+        return;
+    result.pairing_error = std::chrono::nanoseconds(pairing_.t_ns() - color_.t_ns);
+    if (asked_ns_)
+        result.wake_latency = std::chrono::nanoseconds(color_.t_ns - *asked_ns_);
+    asked_ns_.reset();
+    result.estimate = timed(result.estimation_time, [&]() -> const Estimate & {
+        return estimator_->measure(pairing_.depth());
+    });
+    gate_->measured();
+    // Going dark now and not at the next image saves a frame of light; a camera that measures
+    // every frame would only be made to wake again.
+    set_light(gate_->keeps_light(), result);
+}
+
+bool FrameLoop::set_light(bool lit, FrameResult &result) {
+    if (rig_.illuminator->lit() == lit)
+        return true;
+    const Status done = rig_.illuminator->set(lit);
+    asked_ns_.reset();
+    if (done && lit) {
+        asked_ns_ = color_.t_ns;
+        pairing_.relit();
+    } else if (!done) {
+        light_problem_ = done.error().message;
+        result.tof = Capture::lost;
+        result.problem = light_problem_;
+    }
+    return static_cast<bool>(done);
+}
+
+} // namespace afterglow

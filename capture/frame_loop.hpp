@@ -1,0 +1,85 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/estimator.hpp"
+#include "core/gate.hpp"
+#include "capture/depth_pairing.hpp"
+#include "drivers/source.hpp"
+
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+namespace afterglow {
+
+/// What one turn of the loop came to.
+struct FrameResult {
+    Capture capture = Capture::none; ///< of the colour source; the rest holds only for `frame`
+    Estimate estimate;               ///< valid until the next turn
+    LumaView luma;                   ///< the image; valid until the next turn
+    std::int64_t t_ns = 0;           ///< capture time of the image
+    std::uint64_t sequence = 0;      ///< the colour source's count
+    bool lit = false;                ///< the illuminator may have been on when this image was taken
+    bool awaited = false;            ///< it was to be on, so that a measurement could come
+    Capture tof = Capture::none;     ///< of the TOF source and its light
+    /// Where `tof` is a frame: when the map was taken, after the image.
+    std::chrono::nanoseconds pairing_error{};
+    /// Where besides the light had to be switched on: from the image that asked to this one.
+    std::optional<std::chrono::nanoseconds> wake_latency;
+    std::chrono::nanoseconds estimation_time{}; ///< spent in the estimator
+    std::string_view problem; ///< the sentence behind a `damaged` or `lost`; else empty
+};
+
+/// The way of a frame: image, estimate, gate, light, measurement. The same code runs in the
+/// daemon, where its result goes to the ring, and in afterglow-eval, where it is scored.
+///
+/// Frames that cannot be trusted (of another size, not later than the one before, depth that is
+/// all but empty) come out as Capture::damaged and reach nobody.
+///
+/// Runs on the estimator thread; allocates nothing after start() while the devices are well.
+class FrameLoop {
+public:
+    /// The rig and the pool must outlive the loop. The rig's sources must have been opened, not
+    /// started.
+    FrameLoop(Rig &rig, const EstimatorOptions &estimator, const GatePolicy &gate,
+              WorkerPool &pool);
+
+    /// Starts both sources. On failure neither runs. Forgets all it knew: depth from before a
+    /// pause says nothing about after it.
+    Status start();
+    /// The parts of start(), for a daemon that works on with one camera.
+    Status start_color();
+    Status start_tof();
+    /// Darkens the illuminator and stops both sources.
+    void stop();
+    /// Darkens the illuminator and stops the TOF source; images go on being tracked.
+    void stop_tof();
+
+    /// Waits at most `timeout` for an image and takes it the whole way.
+    FrameResult step(std::chrono::nanoseconds timeout);
+
+    Gate &gate() { return *gate_; }
+
+private:
+    bool is_trusted(FrameResult &result);
+    /// Lights the TOF camera and takes the measurement for the current image, if there is one.
+    void measure(FrameResult &result);
+    /// An illuminator that does not obey is a lost TOF camera: false, and `result` says so.
+    bool set_light(bool lit, FrameResult &result);
+
+    Rig &rig_;
+    EstimatorOptions options_;
+    GatePolicy policy_;
+    WorkerPool &pool_;
+    std::optional<Estimator> estimator_;
+    std::optional<Gate> gate_;
+    DepthPairing pairing_;
+    ColorFrame color_;
+    std::optional<std::int64_t> last_t_ns_;
+    std::optional<std::int64_t> asked_ns_; ///< capture time of the image that asked for light
+    std::string light_problem_;
+    bool tof_running_ = false;
+};
+
+} // namespace afterglow

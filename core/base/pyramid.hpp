@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/base/image.hpp"
+
+#include <vector>
+
+namespace afterglow {
+
+/// An image halved again and again, 2x2 pixels to one (see Intrinsics::at_level for the cameras).
+/// Level 0 is not kept: tracking starts at half size. Grey values, 0-255, as float.
+///
+/// Allocates when made; build() is real-time safe.
+class Pyramid {
+public:
+    /// `levels`: how many halvings, at least 1.
+    Pyramid(int width, int height, int levels);
+
+    /// `image` has the size given to the constructor.
+    void build(LumaView image);
+
+    /// Number of halvings; level() takes 1..levels().
+    int levels() const { return static_cast<int>(levels_.size()); }
+    ImageView<const float> level(int level) const { return levels_[level - 1]; }
+
+private:
+    std::vector<Image<float>> levels_;
+};
+
+} // namespace afterglow

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/keyframe/alignment_template.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace afterglow {
+namespace {
+
+/// Depth of pixel (u, v) of a level: mean of the readings it covers if they lie on one surface and
+/// away from depth edges, 0 otherwise.
+float level_depth(const DepthSurface &surface, int level, int u, int v) {
+    const int n = 1 << level;
+    const int step = std::max(1, n / 4);
+    float sum = 0, low = 1e9f, high = 0;
+    int count = 0;
+    for (int y = v * n; y < v * n + n; y += step) {
+        const float *z = surface.z().row(y);
+        const std::uint8_t *edge = surface.edge_distance().row(y);
+        for (int x = u * n; x < u * n + n; x += step) {
+            if (edge[x] <= 2)
+                return 0;
+            if (z[x] == 0.0f)
+                continue;
+            sum += z[x];
+            low = std::min(low, z[x]);
+            high = std::max(high, z[x]);
+            ++count;
+        }
+    }
+    if (count < 2 || high - low > surface.edge_step(low) * (1.0f + 0.25f * static_cast<float>(n)))
+        return 0;
+    return sum / static_cast<float>(count);
+}
+
+} // namespace
+
+TemplatePoints::TemplatePoints(int capacity) {
+    const int rows = (capacity + block - 1) / block * block;
+    for (std::vector<float> *column : {&x, &y, &z, &intensity, &row, &gradient})
+        column->resize(static_cast<std::size_t>(rows));
+    J.setZero(rows, 6);
+}
+
+AlignmentTemplate::AlignmentTemplate(const Intrinsics &camera, const TemplateOptions &options)
+    : options_(options) {
+    for (int l = 0; l <= options.coarsest_level; ++l) {
+        cameras_.push_back(camera.at_level(l));
+        const int pixels = cameras_.back().width * cameras_.back().height;
+        const bool used = l >= options.finest_level;
+        levels_.emplace_back(used ? std::min(options.points_per_level, pixels) : 0);
+    }
+}
+
+void AlignmentTemplate::build(const Pyramid &image, const DepthSurface &surface) {
+    for (int l = options_.finest_level; l <= options_.coarsest_level; ++l)
+        build_level(l, image.level(l), surface);
+}
+
+// The image is parted into square cells, as many as there may be points; the pixel with the
+// steepest gradient in each cell becomes a point.
+void AlignmentTemplate::build_level(int level, ImageView<const float> image,
+                                    const DepthSurface &surface) {
+    const Intrinsics &c = cameras_[level];
+    const int w = image.width(), h = image.height();
+    TemplatePoints &points = levels_[level];
+    const int capacity = std::min(options_.points_per_level, w * h);
+    int cell = 1;
+    while (((w + cell - 1) / cell) * ((h + cell - 1) / cell) > capacity)
+        ++cell;
+    // A central difference halves the noise variance; halving the image halves its deviation.
+    const float weakest = 2.0f * options_.pixel_noise / static_cast<float>(1 << std::min(level, 2));
+    points.count = 0;
+    for (int v0 = 1; v0 < h - 1; v0 += cell)
+        for (int u0 = 1; u0 < w - 1; u0 += cell) {
+            float best = weakest * weakest, best_gx = 0, best_gy = 0;
+            int best_u = -1, best_v = -1;
+            for (int v = v0; v < std::min(v0 + cell, h - 1); ++v) {
+                const float *row = image.row(v);
+                const float *up = image.row(v - 1);
+                const float *down = image.row(v + 1);
+                for (int u = u0; u < std::min(u0 + cell, w - 1); ++u) {
+                    const float gx = 0.5f * (row[u + 1] - row[u - 1]);
+                    const float gy = 0.5f * (down[u] - up[u]);
+                    const float g2 = gx * gx + gy * gy;
+                    if (g2 > best) {
+                        best = g2;
+                        best_gx = gx;
+                        best_gy = gy;
+                        best_u = u;
+                        best_v = v;
+                    }
+                }
+            }
+            if (best_u < 0)
+                continue;
+            const float z = level_depth(surface, level, best_u, best_v);
+            if (z == 0.0f)
+                continue;
+            const float x = static_cast<float>((best_u - c.cx) / c.fx);
+            const float y = static_cast<float>((best_v - c.cy) / c.fy);
+            const float a = best_gx * static_cast<float>(c.fx);
+            const float b = best_gy * static_cast<float>(c.fy);
+            const auto i = static_cast<std::size_t>(points.count);
+            points.x[i] = x * z;
+            points.y[i] = y * z;
+            points.z[i] = z;
+            points.row[i] = static_cast<float>(best_v) / static_cast<float>(h) - 0.5f;
+            points.intensity[i] = image(best_u, best_v);
+            points.gradient[i] = std::sqrt(best);
+            points.J.row(points.count++) << a / z, b / z, -(a * x + b * y) / z,
+                -a * x * y - b * (1 + y * y), a * (1 + x * x) + b * x * y, -a * y + b * x;
+        }
+}
+
+} // namespace afterglow

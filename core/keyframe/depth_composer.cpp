@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/keyframe/depth_composer.hpp"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <cmath>
+
+namespace afterglow {
+namespace {
+
+constexpr int most_candidates = 16;
+/// Keyframes of which less than this is in view are not worth a warp.
+constexpr float least_visible_share = 0.1f;
+
+struct Candidate {
+    int keyframe;
+    float visible_share;
+};
+
+} // namespace
+
+DepthComposer::DepthComposer(const Intrinsics &camera, const KeyframeOptions &options,
+                             WorkerPool &pool)
+    : camera_(camera), options_(options), pool_(pool), warp_(camera, options.warp),
+      depth_(camera.width, camera.height), confidence_(camera.width, camera.height) {}
+
+void DepthComposer::clear() {
+    std::ranges::fill(depth_.pixels(), std::uint16_t{0});
+    std::ranges::fill(confidence_.pixels(), std::uint8_t{0});
+    covered_ = 0;
+}
+
+void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const Pose &now,
+                            const Alignment &alignment, int enough,
+                            const DepthCorrection &correction) {
+    correction_ = correction;
+    clear();
+    std::array<Candidate, most_candidates> candidates{};
+    int count = 0;
+    for (int i = 0; i < keyframes.size() && count < most_candidates; ++i) {
+        const Pose pose = now * keyframes[i].depth_from_world.inverse();
+        const float share =
+            i == reference ? 2.0f : visible_share(keyframes[i].surface, pose, camera_);
+        if (share > least_visible_share)
+            candidates[static_cast<std::size_t>(count++)] = {i, share};
+    }
+    std::sort(
+        candidates.begin(), candidates.begin() + count,
+        [](const Candidate &a, const Candidate &b) { return a.visible_share > b.visible_share; });
+    for (int i = 0; i < std::min(count, options_.compose.maps_per_frame); ++i) {
+        const bool first = i == 0;
+        if (!first && covered_ >= enough)
+            break;
+        const Keyframe &k = keyframes[candidates[static_cast<std::size_t>(i)].keyframe];
+        const Pose pose = now * k.depth_from_world.inverse();
+        if (!first && disagreement(k.surface, pose) > options_.compose.most_disagreement / 100)
+            continue;
+        warp_.run(k.surface, pose, depth_, pool_, first ? alignment.skew : Eigen::Vector3f::Zero());
+        merge(map_error(k.surface, camera_, pose, alignment.covariance, options_.error), k.surface);
+    }
+}
+
+/// Median relative difference between the map so far and a surface at `pose`, inside it; 0 where
+/// they hardly overlap.
+float DepthComposer::disagreement(const DepthSurface &surface, const Pose &pose) const {
+    constexpr std::size_t across = 48; // points that are compared, at most
+    constexpr std::size_t least_compared = 60;
+    const int longer = std::max(camera_.width, camera_.height);
+    const int step = (longer + static_cast<int>(across) - 1) / static_cast<int>(across);
+    std::array<float, across * across> apart;
+    std::size_t compared = 0;
+    for (int v = step / 2; v < camera_.height; v += step)
+        for (int u = step / 2; u < camera_.width; u += step) {
+            const float z = surface.z()(u, v);
+            if (z == 0.0f || surface.edge_distance()(u, v) < DepthSurface::far_from_edge)
+                continue;
+            const Eigen::Vector3d X = pose * camera_.back_project(u, v, z);
+            if (!(X.z() > 0.05))
+                continue;
+            const Eigen::Vector2d p = camera_.project(X) + Eigen::Vector2d::Constant(0.5);
+            if (!(p.x() >= 0 && p.y() >= 0 && p.x() < camera_.width && p.y() < camera_.height))
+                continue;
+            const int x = static_cast<int>(p.x()), y = static_cast<int>(p.y());
+            const float shown = 0.001f * static_cast<float>(depth_(x, y));
+            if (shown > 0.0f)
+                apart[compared++] =
+                    std::abs(static_cast<float>(X.z()) * per_depth(x, y) / shown - 1.0f);
+        }
+    if (compared < least_compared)
+        return 0.0f;
+    const auto middle = apart.begin() + static_cast<std::ptrdiff_t>(compared / 2);
+    std::nth_element(apart.begin(), middle, apart.begin() + static_cast<std::ptrdiff_t>(compared));
+    return *middle;
+}
+
+/// What the TOF camera reads at pixel (u, v) for each metre of depth.
+float DepthComposer::per_depth(int u, int v) const {
+    return 1.0f / correction_.scale(static_cast<float>((u - camera_.cx) / camera_.fx),
+                                     static_cast<float>((v - camera_.cy) / camera_.fy));
+}
+
+/// Writes what was warped into the pixels that are still empty.
+void DepthComposer::merge(const MapError &error, const DepthSurface &surface) {
+    ConfidenceTable table;
+    for (int d = 0; d <= DepthSurface::far_from_edge; ++d)
+        for (int b = 0; b < z_bins; ++b)
+            table[static_cast<std::size_t>(d)][static_cast<std::size_t>(b)] = estimated_confidence(
+                pixel_error(error, surface.options().noise, options_.error.shared_noise,
+                            (static_cast<float>(b) + 0.5f) * z_bin_m, d));
+    std::atomic<int> added = 0;
+    const int rows = camera_.height, n = pool_.size();
+    pool_.run([&](int worker) {
+        int count = 0;
+        for (int v = rows * worker / n; v < rows * (worker + 1) / n; ++v)
+            warp_.open().for_each_run(
+                v, [&](int begin, int end) { count += merge_row(v, begin, end, table); });
+        added.fetch_add(count, std::memory_order_relaxed);
+    });
+    covered_ += added;
+}
+
+int DepthComposer::merge_row(int v, int begin, int end, const ConfidenceTable &table) {
+    const WarpedPixel *in = warp_.result().row(v);
+    std::uint16_t *depth = depth_.row(v);
+    std::uint8_t *confidence = confidence_.row(v);
+    const float dx = static_cast<float>(1 / camera_.fx);
+    const float x0 = static_cast<float>(-camera_.cx / camera_.fx);
+    const float y = static_cast<float>((v - camera_.cy) / camera_.fy);
+    int count = 0;
+    for (int first = begin; first < end; first += OpenTiles::tile_px) {
+        std::array<float, OpenTiles::tile_px> z;
+        const int n = std::min(OpenTiles::tile_px, end - first);
+        for (int i = 0; i < n; ++i)
+            z[static_cast<std::size_t>(i)] =
+                warped_z(in[first + i]) /
+                correction_.scale(x0 + dx * static_cast<float>(first + i), y);
+        for (int i = 0; i < n; ++i) {
+            const int u = first + i;
+            if (depth[u] != 0 || in[u] == 0)
+                continue;
+            const float reading = z[static_cast<std::size_t>(i)];
+            const int bin = std::min(static_cast<int>(reading * (1.0f / z_bin_m)), z_bins - 1);
+            depth[u] = static_cast<std::uint16_t>(reading * 1000.0f + 0.5f);
+            confidence[u] = table[static_cast<std::size_t>(in[u] & warped_edge_mask)]
+                                 [static_cast<std::size_t>(bin)];
+            ++count;
+        }
+    }
+    return count;
+}
+
+void DepthComposer::distrust(const MotionMask &mask) {
+    const std::uint8_t most = estimated_confidence(options_.error.moving_error);
+    constexpr int cell = MotionMask::cell_px;
+    for (int v = 0; v < camera_.height; ++v) {
+        const std::uint8_t *moving = mask.moving().row(v / cell);
+        std::uint8_t *confidence = confidence_.row(v);
+        for (int u = 0; u < camera_.width; ++u)
+            if (moving[u / cell])
+                confidence[u] = std::min(confidence[u], most);
+    }
+}
+
+void DepthComposer::overlay(DepthView measured) {
+    for (int v = 0; v < camera_.height; ++v) {
+        const std::uint16_t *in = measured.row(v);
+        std::uint16_t *depth = depth_.row(v);
+        std::uint8_t *confidence = confidence_.row(v);
+        for (int u = 0; u < camera_.width; ++u) {
+            if (in[u] == 0)
+                continue;
+            covered_ += depth[u] == 0;
+            depth[u] = in[u];
+            confidence[u] = measured_confidence;
+        }
+    }
+}
+
+float DepthComposer::expected_mre() const {
+    std::array<int, 256> histogram{};
+    for (const std::uint8_t c : confidence_.pixels())
+        ++histogram[c];
+    double sum = 0;
+    int count = 0;
+    for (int c = 1; c < 256; ++c) {
+        const int pixels = histogram[static_cast<std::size_t>(c)];
+        sum += static_cast<double>(pixels) * expected_error(static_cast<std::uint8_t>(c));
+        count += pixels;
+    }
+    return count > 0 ? static_cast<float>(100 * sum / count) : 100.0f;
+}
+
+} // namespace afterglow

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/keyframe/direct_alignment.hpp"
+#include "core/keyframe/expected_error.hpp"
+#include "core/base/image.hpp"
+#include "core/keyframe/keyframe.hpp"
+#include "core/keyframe/keyframe_options.hpp"
+#include "core/keyframe/motion_mask.hpp"
+#include "core/keyframe/warp.hpp"
+#include "core/base/worker_pool.hpp"
+
+#include <array>
+#include <cstdint>
+
+namespace afterglow {
+
+/// Draws one depth map from several keyframes: the reference map first, then those that see most
+/// of the view, each into the pixels that are still empty. An earlier map that contradicts what is
+/// there already is not used at all. Every pixel gets the confidence that its expected error
+/// deserves.
+///
+/// Allocates when made; the calls are real-time safe.
+class DepthComposer {
+public:
+    DepthComposer(const Intrinsics &camera, const KeyframeOptions &options, WorkerPool &pool);
+
+    /// `now`: world to camera, when its depth map would be exposed. `alignment`: of the image with
+    /// keyframe `reference`. Stops when `enough` pixels are covered. The map shows what a TOF
+    /// camera with that `correction` would read.
+    void compose(const KeyframeSet &keyframes, int reference, const Pose &now,
+                 const Alignment &alignment, int enough, const DepthCorrection &correction = {});
+    /// Lowers the confidence of what lies in moving cells to that of `moving_error`.
+    void distrust(const MotionMask &mask);
+    /// Empties the map.
+    void clear();
+    /// Lays a measured map over the composed one; pixels it lacks stay as they were composed.
+    void overlay(DepthView measured);
+
+    DepthMap &depth() { return depth_; }
+    Image<std::uint8_t> &confidence() { return confidence_; }
+    /// Pixels that have depth.
+    int covered() const { return covered_; }
+    /// Mean of what the confidences promise over the pixels that have depth, percent; 100 without.
+    float expected_mre() const;
+
+private:
+    /// Confidence by distance from the next depth edge and by depth in steps of z_bin_m.
+    static constexpr int z_bins = 128;
+    static constexpr float z_bin_m = 0.1f;
+    using ConfidenceTable =
+        std::array<std::array<std::uint8_t, z_bins>, DepthSurface::far_from_edge + 1>;
+
+    float per_depth(int u, int v) const;
+    void merge(const MapError &error, const DepthSurface &surface);
+    int merge_row(int v, int begin, int end, const ConfidenceTable &table);
+    float disagreement(const DepthSurface &surface, const Pose &pose) const;
+
+    Intrinsics camera_;
+    KeyframeOptions options_;
+    WorkerPool &pool_;
+    Warp warp_;
+    DepthCorrection correction_;
+    DepthMap depth_;
+    Image<std::uint8_t> confidence_;
+    int covered_ = 0;
+};
+
+} // namespace afterglow

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/keyframe/depth_surface.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace afterglow {
+
+DepthSurface::DepthSurface(const Intrinsics &camera, const SurfaceOptions &options)
+    : camera_(camera), options_(options), raw_(camera.width, camera.height),
+      smooth_(camera.width, camera.height),
+      distance_(camera.width, camera.height, std::uint8_t{far_from_edge}),
+      tiles_((camera.width + tile_width - 1) / tile_width,
+             (camera.height + tile_height - 1) / tile_height) {}
+
+void DepthSurface::build(DepthView depth, WorkerPool &pool, const DepthCorrection &correction) {
+    correction_ = correction;
+    load(depth);
+    find_edges();
+    grow_distance();
+    const int rows = raw_.height();
+    pool.run([&](int worker) {
+        smooth(rows * worker / pool.size(), rows * (worker + 1) / pool.size());
+    });
+    find_ranges();
+}
+
+void DepthSurface::load(DepthView depth) {
+    const float dx = static_cast<float>(1 / camera_.fx);
+    const float x0 = static_cast<float>(-camera_.cx / camera_.fx);
+    int valid = 0;
+    for (int v = 0; v < raw_.height(); ++v) {
+        const std::uint16_t *in = depth.row(v);
+        float *out = raw_.row(v);
+        const float y = static_cast<float>((v - camera_.cy) / camera_.fy);
+        for (int u = 0; u < raw_.width(); ++u) {
+            const float z = 0.001f * static_cast<float>(in[u]) *
+                            correction_.scale(x0 + dx * static_cast<float>(u), y);
+            const bool ok = z >= options_.nearest_m && z <= options_.farthest_m;
+            out[u] = ok ? z : 0.0f;
+            valid += ok;
+        }
+    }
+    fill_ = static_cast<float>(valid) / static_cast<float>(raw_.pixels().size());
+}
+
+// A pixel is on an edge when a neighbour is on another surface. A hole is an edge only where both
+// of its sides differ: sensor holes inside a surface are common and harmless.
+void DepthSurface::find_edges() {
+    const int w = raw_.width(), h = raw_.height();
+    jump_sum_ = slope_sum_ = 0;
+    jumps_ = slopes_ = 0;
+    std::fill(distance_.pixels().begin(), distance_.pixels().end(), std::uint8_t{far_from_edge});
+    const auto mark = [&](int u, int v, int du, int dv) {
+        const float a = raw_(u, v);
+        if (a == 0.0f)
+            return;
+        // Look across a hole of up to four pixels for the other surface.
+        for (int k = 1; k <= 5; ++k) {
+            const int x = u + k * du, y = v + k * dv;
+            if (x >= w || y >= h)
+                return;
+            const float b = raw_(x, y);
+            if (b == 0.0f)
+                continue;
+            const float near = std::min(a, b);
+            if (std::abs(a - b) > edge_step(near) * (1.0f + 0.5f * static_cast<float>(k - 1))) {
+                distance_(u, v) = 1;
+                distance_(x, y) = 1;
+                // A step can cost a pixel no more than its whole depth.
+                jump_sum_ += std::min(std::abs(a - b) / (0.5f * (a + b)), 1.0f);
+                ++jumps_;
+            } else if (k == 1) {
+                slope_sum_ += std::max(0.0f, std::abs(a - b) - options_.noise.sigma(near)) / near;
+                ++slopes_;
+            }
+            return;
+        }
+    };
+    for (int v = 0; v < h; ++v)
+        for (int u = 0; u < w; ++u) {
+            mark(u, v, 1, 0);
+            mark(u, v, 0, 1);
+        }
+    // Each pixel has two neighbours to be compared with; a shift in any direction crosses about
+    // two thirds of both kinds.
+    const float pairs = static_cast<float>(std::max(1, jumps_ + slopes_));
+    edge_jump_ = jump_sum_ / static_cast<float>(std::max(1, jumps_));
+    slope_ = slope_sum_ / static_cast<float>(std::max(1, slopes_));
+    variation_ = 1.3f * (jump_sum_ + slope_sum_) / pairs;
+}
+
+// Two passes of the 4-neighbour distance transform.
+void DepthSurface::grow_distance() {
+    const int w = raw_.width(), h = raw_.height();
+    for (int v = 0; v < h; ++v) {
+        std::uint8_t *d = distance_.row(v);
+        const std::uint8_t *above = v > 0 ? distance_.row(v - 1) : nullptr;
+        for (int u = 0; u < w; ++u) {
+            int best = d[u];
+            if (u > 0)
+                best = std::min(best, d[u - 1] + 1);
+            if (above)
+                best = std::min(best, above[u] + 1);
+            d[u] = static_cast<std::uint8_t>(best);
+        }
+    }
+    for (int v = h - 1; v >= 0; --v) {
+        std::uint8_t *d = distance_.row(v);
+        const std::uint8_t *below = v + 1 < h ? distance_.row(v + 1) : nullptr;
+        for (int u = w - 1; u >= 0; --u) {
+            int best = d[u];
+            if (u + 1 < w)
+                best = std::min(best, d[u + 1] + 1);
+            if (below)
+                best = std::min(best, below[u] + 1);
+            d[u] = static_cast<std::uint8_t>(best);
+        }
+    }
+}
+
+// Mean over the window of what lies on the pixel's own surface: within three sigmas plus a slope.
+void DepthSurface::smooth(int first_row, int end_row) {
+    const int w = raw_.width(), h = raw_.height(), r = options_.smooth_radius_px;
+    for (int v = first_row; v < end_row; ++v) {
+        float *out = smooth_.row(v);
+        for (int u = 0; u < w; ++u) {
+            const float z = raw_(u, v);
+            if (z == 0.0f || r == 0 || u < r || v < r || u >= w - r || v >= h - r) {
+                out[u] = z;
+                continue;
+            }
+            const float limit = 3.0f * options_.noise.sigma(z);
+            float sum = 0.0f;
+            float count = 0.0f;
+            // Opposite pixels enter as pairs, so that a slope does not shift the mean.
+            for (int dv = 0; dv <= r; ++dv) {
+                const float *above = raw_.row(v - dv) + u;
+                const float *below = raw_.row(v + dv) + u;
+                for (int du = dv == 0 ? 1 : -r; du <= r; ++du) {
+                    const float a = above[-du], b = below[du];
+                    const float mean = 0.5f * (a + b);
+                    const bool ok = a != 0.0f && b != 0.0f && std::abs(mean - z) < limit &&
+                                    std::abs(a - b) < 2.0f * limit + 0.1f * z;
+                    sum += ok ? mean : 0.0f;
+                    count += ok ? 1.0f : 0.0f;
+                }
+            }
+            // The pixel itself counts as half a pair.
+            out[u] = (0.5f * z + sum) / (0.5f + count);
+        }
+    }
+}
+
+void DepthSurface::find_ranges() {
+    std::ranges::fill(tiles_.pixels(), TileDepths{});
+    for (int v = 0; v < smooth_.height(); ++v)
+        for (int u = 0; u < smooth_.width(); ++u) {
+            const float z = smooth_(u, v);
+            if (z == 0.0f)
+                continue;
+            TileDepths &range = tiles_(u / tile_width, v / tile_height);
+            range.nearest = range.farthest == 0.0f ? z : std::min(range.nearest, z);
+            range.farthest = std::max(range.farthest, z);
+        }
+}
+
+} // namespace afterglow

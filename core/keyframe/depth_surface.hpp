@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/base/camera.hpp"
+#include "core/keyframe/self_calibration.hpp"
+#include "core/base/image.hpp"
+#include "core/keyframe/sensor_noise.hpp"
+#include "core/base/worker_pool.hpp"
+
+namespace afterglow {
+
+struct SurfaceOptions {
+    SensorNoise noise;
+    /// Neighbouring pixels whose depths differ by more than this share of the depth, plus three
+    /// sigmas of sensor noise, lie on different surfaces.
+    float edge_relative = 0.02f;
+    /// Readings outside are no readings, metres.
+    float nearest_m = 0.1f;
+    float farthest_m = 12.0f;
+    /// Edge-preserving smoothing: half the window, pixels. 0 = none.
+    int smooth_radius_px = 2;
+};
+
+/// Depths of a tile of a surface, metres; `farthest` is 0 where it has none.
+struct TileDepths {
+    float nearest = 0, farthest = 0;
+};
+
+/// One measured depth map prepared for being carried to other views: smoothed without crossing
+/// depth edges, every pixel labelled with its distance from the next depth edge or sensor hole.
+///
+/// Allocates when made; build() is real-time safe.
+class DepthSurface {
+public:
+    /// Edge distances are counted up to this many pixels.
+    static constexpr int far_from_edge = 7;
+    static constexpr int tile_width = 64, tile_height = 16;
+
+    DepthSurface(const Intrinsics &camera, const SurfaceOptions &options);
+
+    /// `depth`: readings, millimetres, 0 = none; `correction` makes them true depths.
+    void build(DepthView depth, WorkerPool &pool, const DepthCorrection &correction = {});
+
+    /// What the map was built with.
+    const DepthCorrection &correction() const { return correction_; }
+
+    /// Metres, 0 = none.
+    ImageView<const float> z() const { return smooth_; }
+    /// Pixels to the next depth edge (1 = on it), at most far_from_edge.
+    ImageView<const std::uint8_t> edge_distance() const { return distance_; }
+    /// Of each tile, tile_width x tile_height pixels; those at the right and below may be smaller.
+    ImageView<const TileDepths> tiles() const { return tiles_; }
+    /// Share of all pixels that have depth.
+    float fill() const { return fill_; }
+    /// How much the depth changes from pixel to pixel: mean |dz| / z between neighbours, per pixel,
+    /// edges included. A shift of the map by s pixels costs about s times this (total variation).
+    float variation() const { return variation_; }
+    /// Mean |dz| / z across the depth edges alone, and inside surfaces alone.
+    float edge_jump() const { return edge_jump_; }
+    float slope() const { return slope_; }
+    /// Depth step between neighbours that parts two surfaces, metres.
+    float edge_step(float z) const {
+        return options_.edge_relative * z + 3.0f * options_.noise.sigma(z);
+    }
+    const SurfaceOptions &options() const { return options_; }
+
+private:
+    void load(DepthView depth);
+    void find_edges();
+    void grow_distance();
+    void smooth(int first_row, int end_row);
+    void find_ranges();
+
+    Intrinsics camera_;
+    DepthCorrection correction_;
+    SurfaceOptions options_;
+    Image<float> raw_;
+    Image<float> smooth_;
+    Image<std::uint8_t> distance_;
+    Image<TileDepths> tiles_;
+    float fill_ = 0, variation_ = 0, edge_jump_ = 0, slope_ = 0;
+    float jump_sum_ = 0, slope_sum_ = 0;
+    int jumps_ = 0, slopes_ = 0;
+};
+
+} // namespace afterglow

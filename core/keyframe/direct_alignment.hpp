@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/keyframe/alignment_template.hpp"
+#include "core/base/rigid_motion.hpp"
+#include "core/keyframe/residuals.hpp"
+
+namespace afterglow {
+
+struct AlignmentOptions {
+    int iterations_per_level = 8;
+    /// Standard deviation of one grey value's noise, and of where a gradient really is: a residual
+    /// of a point with gradient g is expected to spread by sqrt(pixel_noise^2 + (g blur_px)^2).
+    float pixel_noise = 2.0f;
+    float blur_px = 0.15f;
+    /// Share of the points whose residuals are independent of each other. Texture repeats; errors
+    /// of depth, lens and rolling shutter are shared by neighbours. Divides the information that
+    /// the image gives, against a prior and in the covariance.
+    float independent_share = 0.01f;
+    /// A pose is believed when at least this share of the points in view fits it ...
+    float least_inlier_share = 0.4f;
+    /// ... when what is seen correlates with the keyframe by this much: of other places, with a low
+    /// gain, half may fit, but they do not look alike ...
+    float least_correlation = 0.8f;
+    /// ... and at least this many points are in view.
+    int least_points = 60;
+};
+
+/// What is known of a pose before looking: `mean`, and the information (inverse covariance) on the
+/// motion (v, w) of the scene, keyframe coordinates, that is applied before it.
+struct PosePrior {
+    Pose mean;
+    Eigen::Matrix<float, 6, 6> information = Eigen::Matrix<float, 6, 6>::Zero();
+    /// One sigma of the skew, radians; 0 = both pictures were taken at one instant.
+    float skew_rad = 0;
+};
+
+/// What aligning an image with a template told.
+struct Alignment : Placement {
+    float cost = 1e9f;        ///< mean robust cost of the points in view on a fixed scale, 0..1
+    float inlier_share = 0;   ///< of the points in view: residual below 2.5 expected deviations
+    float correlation = 0;    ///< robust, of grey values in view with the template's
+    float visible_share = 0;  ///< of the template's points
+    float residual_scale = 0; ///< median |residual| / expected deviation, as a Gaussian's sigma
+    int points = 0;           ///< in view, finest level
+    /// Covariance, the prior included, of the motion (v, w) applied to the scene in keyframe
+    /// coordinates before `pose`; metres and radians.
+    Eigen::Matrix<float, 6, 6> covariance = Eigen::Matrix<float, 6, 6>::Zero();
+    bool good = false; ///< worth believing
+};
+
+/// Direct image alignment, inverse-compositional, coarse to fine.
+///
+///   minimise sum_i rho((I(pi(T X_i)) - gain K_i - offset) / s_i),   rho(r) = r^2 / (r^2 + c^2)
+///
+/// over the pose T, its skew (X_i is first turned by skew * row_i), gain and offset: K_i, X_i are
+/// the template's grey values and points, pi the projection, s_i the deviation expected of point i,
+/// rho Geman and McClure's. Each step solves one 11x11 system. Real-time safe; keeps no state
+/// between calls.
+class DirectAlignment {
+public:
+    explicit DirectAlignment(const AlignmentOptions &options) : options_(options) {}
+
+    /// From the pose and skew of `start`, over levels `coarsest` down to `finest`.
+    Alignment align(const AlignmentTemplate &reference, const Pyramid &image,
+                    const Alignment &start, const PosePrior &prior, int coarsest, int finest) const;
+
+    /// The fit at the pose and skew of `start` as they are, on one level; gain and offset are
+    /// estimated, pose and skew are not.
+    Alignment judge(const AlignmentTemplate &reference, const Pyramid &image,
+                    const Alignment &start, int level, const PosePrior &prior = {}) const;
+
+    const AlignmentOptions &options() const { return options_; }
+
+private:
+    struct Sums;
+    void accumulate(const AlignmentTemplate &reference, ImageView<const float> image, int level,
+                    const Alignment &at, float scale, Sums &sums) const;
+
+    AlignmentOptions options_;
+};
+
+} // namespace afterglow

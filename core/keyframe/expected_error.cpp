@@ -1,0 +1,91 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/keyframe/expected_error.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace afterglow {
+namespace {
+
+/// Probability that a Gaussian exceeds x standard deviations.
+float upper_tail(float x) {
+    return 0.5f * std::erfc(x * 0.70710678f);
+}
+
+/// Mean of |x| of a Gaussian of unit deviation.
+constexpr float mean_absolute = 0.7979f;
+
+/// Variance of g . (v + w x X) for a motion (v, w) of covariance C.
+double variance_along(const Eigen::Vector3d &g, const Eigen::Vector3d &X,
+                      const Eigen::Matrix<double, 6, 6> &C) {
+    Eigen::Matrix<double, 6, 1> a;
+    a << g, X.cross(g);
+    return a.dot(C * a);
+}
+
+} // namespace
+
+MapError map_error(const DepthSurface &surface, const Intrinsics &camera, const Pose &pose,
+                   const Eigen::Matrix<float, 6, 6> &covariance, const ErrorOptions &options) {
+    constexpr int grid = 32, reach = 4;
+    const double fx = camera.fx;
+    const double fy = camera.fy;
+    const Eigen::Matrix<double, 6, 6> C = covariance.cast<double>();
+    double depth_variance = 0;
+    double shift_variance = 0;
+    float motion = 0;
+    int sampled = 0;
+    for (int v = grid / 2; v < camera.height - reach; v += grid)
+        for (int u = grid / 2; u < camera.width - reach; u += grid) {
+            const float z = surface.z()(u, v);
+            if (z == 0.0f)
+                continue;
+            const Eigen::Vector3d X = camera.back_project(u, v, z);
+            const Eigen::Vector3d Y = pose * X;
+            if (!(Y.z() > 0.05))
+                continue;
+            const Eigen::Vector2d p = camera.project(Y);
+            if (!(p.x() >= 0 && p.y() >= 0 && p.x() < camera.width && p.y() < camera.height))
+                continue;
+            motion += static_cast<float>((p - Eigen::Vector2d(u, v)).norm());
+            ++sampled;
+            // Inverse depth is linear in the image on a plane: its gradient is the normal.
+            Eigen::Vector3d n{0, 0, 1.0 / z};
+            const double l = surface.z()(u - reach, v), r = surface.z()(u + reach, v);
+            const double t = surface.z()(u, v - reach), b = surface.z()(u, v + reach);
+            if (l > 0 && r > 0 && t > 0 && b > 0 && surface.edge_distance()(u, v) > reach) {
+                const double qu = (1 / r - 1 / l) / (2.0 * reach);
+                const double qv = (1 / b - 1 / t) / (2.0 * reach);
+                n = {qu * fx, qv * fy, 1.0 / z - (qu * fx * X.x() + qv * fy * X.y()) / z};
+            }
+            depth_variance += std::min(variance_along(n, X, C), 1.0);
+            const Eigen::Vector3d du{fx / z, 0, -fx * X.x() / (z * z)};
+            const Eigen::Vector3d dv{0, fy / z, -fy * X.y() / (z * z)};
+            shift_variance += std::min(variance_along(du, X, C) + variance_along(dv, X, C), 1e4);
+        }
+    MapError e;
+    if (sampled == 0)
+        return e;
+    const float count = static_cast<float>(sampled);
+    e.motion_px = motion / count;
+    e.pose_relative = static_cast<float>(std::sqrt(std::max(0.0, depth_variance / sampled)));
+    const float calibration_px = options.intrinsics * e.motion_px;
+    e.shift_px = std::sqrt(static_cast<float>(std::max(0.0, shift_variance / sampled)) +
+                           calibration_px * calibration_px);
+    e.slope = surface.slope();
+    const float spread = std::hypot(options.edge_registration_px, e.shift_px);
+    for (std::size_t d = 1; d < e.edge.size(); ++d)
+        e.edge[d] = surface.edge_jump() * upper_tail((static_cast<float>(d) - 0.5f) / spread);
+    e.edge[0] = 0;
+    return e;
+}
+
+float pixel_error(const MapError &map, const SensorNoise &noise, float shared_noise, float z,
+                  int edge_distance) {
+    // Both the carried reading and the fresh one it is compared with are noisy.
+    const float sensor = noise.sigma(z) / z * std::sqrt(1.0f + shared_noise * shared_noise);
+    return mean_absolute * (std::hypot(sensor, map.pose_relative) + map.slope * map.shift_px) +
+           map.edge[static_cast<std::size_t>(edge_distance & 7)];
+}
+
+} // namespace afterglow

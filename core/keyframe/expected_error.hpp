@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/base/camera.hpp"
+#include "core/keyframe/depth_surface.hpp"
+#include "core/base/rigid_motion.hpp"
+
+#include <Eigen/Core>
+
+#include <array>
+
+namespace afterglow {
+
+struct ErrorOptions {
+    /// Misplacement of a depth edge in the sensor's own maps, pixels (Kinect-class: 1 to 2).
+    float edge_registration_px = 1.2f;
+    /// Pixels of error per pixel of image motion: lens distortion and wrong intrinsics.
+    float intrinsics = 0.01f;
+    /// Part of a sensor's depth error that smoothing does not remove.
+    float shared_noise = 0.7f;
+    /// Relative error of a pixel that moves against the scene.
+    float moving_error = 0.10f;
+};
+
+/// How wrong one carried map is expected to be; everything a per-pixel error needs.
+struct MapError {
+    float pose_relative = 0;     ///< depth error by pose error, share of depth, one sigma
+    float shift_px = 0;          ///< image position error, one sigma
+    float motion_px = 0;         ///< mean image motion since the keyframe
+    float slope = 0;             ///< |dz|/z per pixel inside surfaces
+    std::array<float, 8> edge{}; ///< expected relative error by distance from a depth edge
+};
+
+/// Carries the uncertainty of a pose into depth.
+///
+/// A plane n.X = 1 seen at a fixed pixel changes its depth by dz/z = n.(v + w x X) under the motion
+/// (v, w); with covariance C of (v, w), var(dz/z) = a C a^T, a = [n, X x n]. The same motion shifts
+/// image points by J_pi [I, -[X]x] (v, w); where the depth jumps or slopes, a shift costs
+/// |grad z| / z times its length. Both are averaged over a grid of the keyframe's surface.
+MapError map_error(const DepthSurface &surface, const Intrinsics &camera, const Pose &pose,
+                   const Eigen::Matrix<float, 6, 6> &covariance, const ErrorOptions &options);
+
+/// Expected relative error of one pixel of a carried map against a fresh reading.
+float pixel_error(const MapError &map, const SensorNoise &noise, float shared_noise, float z,
+                  int edge_distance);
+
+/// The confidence plane: 0 = no depth, 255 = measured in this frame, and between them an estimate's
+/// expected relative error in steps of confidence_step.
+constexpr std::uint8_t measured_confidence = 255;
+constexpr float confidence_step = 0.0005f;
+inline std::uint8_t estimated_confidence(float relative_error) {
+    const float c = 255.0f - relative_error * (1.0f / confidence_step);
+    return static_cast<std::uint8_t>(c < 1.0f ? 1.0f : (c > 254.0f ? 254.0f : c));
+}
+/// The expected relative error that a confidence stands for.
+inline float expected_error(std::uint8_t confidence) {
+    return static_cast<float>(measured_confidence - confidence) * confidence_step;
+}
+
+} // namespace afterglow

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/keyframe/motion_mask.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace afterglow {
+namespace {
+
+constexpr int least_points = 10;
+constexpr float outlier_limit = 2.5f; // in deviations of the points that agree
+/// A point hidden by something nearer than this share of its depth tells nothing.
+constexpr float hidden_share = 0.95f;
+
+} // namespace
+
+MotionMask::MotionMask(const Intrinsics &camera, const AlignmentOptions &options)
+    : options_(options),
+      counts_((camera.width + cell_px - 1) / cell_px, (camera.height + cell_px - 1) / cell_px),
+      moving_(counts_.width(), counts_.height()) {}
+
+void MotionMask::find(const AlignmentTemplate &reference, const Pyramid &image,
+                      const Alignment &alignment, DepthView composed) {
+    std::fill(counts_.pixels().begin(), counts_.pixels().end(), Count{});
+    const int level = reference.options().finest_level;
+    const ImageView<const float> grey = image.level(level);
+    const float noise2 = options_.pixel_noise * options_.pixel_noise;
+    const float blur2 = options_.blur_px * options_.blur_px;
+    const float limit = outlier_limit * std::max(alignment.residual_scale, 1.0f);
+    const TemplatePoints &points = reference.points(level);
+    Residuals residuals;
+    for (int first = 0; first < points.count; first += TemplatePoints::block) {
+        find_residuals(points, first, grey, reference.camera(level), alignment, residuals);
+        for (std::size_t i = 0; i < TemplatePoints::block; ++i) {
+            if (residuals.seen[i] == 0.0f)
+                continue;
+            const int u = static_cast<int>(residuals.u[i]) << level;
+            const int v = static_cast<int>(residuals.v[i]) << level;
+            const auto shown = static_cast<float>(composed(u, v));
+            if (shown > 0.0f && shown < hidden_share * 1000.0f * residuals.depth[i])
+                continue;
+            const float gradient = points.gradient[static_cast<std::size_t>(first) + i];
+            const float deviation = std::sqrt(noise2 + blur2 * gradient * gradient);
+            Count &cell = counts_(u / cell_px, v / cell_px);
+            ++cell.points;
+            cell.outliers += std::abs(residuals.error[i]) > limit * deviation;
+        }
+    }
+    for (std::size_t i = 0; i < counts_.pixels().size(); ++i) {
+        const Count cell = counts_.pixels()[i];
+        moving_.pixels()[i] = cell.points >= least_points && 2 * cell.outliers > cell.points;
+    }
+}
+
+} // namespace afterglow

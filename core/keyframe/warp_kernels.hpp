@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/keyframe/warp.hpp"
+
+#include <Eigen/Core>
+
+#include <cstdint>
+
+namespace afterglow {
+
+/// Points of one row: depths in metres, 0 = none, of the row and of those above and below.
+struct PointRow {
+    const float *z; ///< begins one pixel early and ends one late
+    const float *above, *below;
+    const std::uint8_t *edge_distance;
+    int first_column, count;
+};
+
+/// Takes the point of column u with depth z to z (u by_column + origin) + shift, homogeneous
+/// pixels.
+struct RowProjection {
+    Eigen::Vector3f by_column, origin, shift;
+};
+
+/// What lands: points inside the picture (pixels) and between the depths (metres).
+struct LandingLimits {
+    float nearest, farthest, width, height;
+    int least_edge_distance;
+    int stride; ///< of the map that is landed on
+};
+
+/// Where each point lands, as an offset into a map, and what it leaves there; a point that does not
+/// land leaves nothing_landed at offset 0. Its depth is moved to the pixel's centre along the slope
+/// of the surface. Real-time safe, like find_doubtful().
+void project_points(const PointRow &points, const RowProjection &projection,
+                    const LandingLimits &limits, int *offsets, WarpedPixel *values);
+
+/// Three rows of a scattered map, which can be read one pixel beyond either end.
+struct ScatteredRows {
+    const WarpedPixel *above, *row, *below;
+    int count;
+};
+
+/// Copies the row to `out`, 0 where nothing landed, and sets `doubtful` to 1 where it may have a
+/// crack, else 0. Pixels of which `taken` is not 0 have none.
+void find_doubtful(const ScatteredRows &scattered, const std::uint16_t *taken, WarpedPixel *out,
+                   std::uint8_t *doubtful);
+
+} // namespace afterglow

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/paper/published_frame.hpp"
+
+#include <algorithm>
+#include <cassert>
+
+namespace afterglow {
+
+PublishedFrame::PublishedFrame(const Intrinsics &camera)
+    : depth_(camera.width, camera.height), confidence_(camera.width, camera.height) {
+    estimate.depth = depth_;
+    estimate.confidence = confidence_;
+}
+
+void PublishedFrame::begin(std::int64_t t_ns) {
+    t_ns_ = t_ns;
+    estimate.inliers = estimate.matches = 0;
+    ++frames_since_measured_;
+}
+
+const Estimate &PublishedFrame::give_measured(DepthView depth) {
+    assert(depth.same_size(depth_.view()));
+    for (int v = 0; v < depth.height(); ++v)
+        std::copy_n(depth.row(v), depth.width(), depth_.row(v));
+    measured_ns_ = t_ns_;
+    estimate.pose = Pose::identity();
+    frames_since_measured_ = 0;
+    give(FrameSource::measured, 255);
+    return estimate;
+}
+
+const Estimate &PublishedFrame::give_estimated(std::uint8_t confidence) {
+    give(FrameSource::estimated, confidence);
+    return estimate;
+}
+
+const Estimate &PublishedFrame::give_nothing() {
+    std::ranges::fill(depth_.pixels(), std::uint16_t{0});
+    give(FrameSource::none, 0);
+    return estimate;
+}
+
+void PublishedFrame::give(FrameSource source, std::uint8_t confidence) {
+    const auto depth = depth_.pixels();
+    const auto plane = confidence_.pixels();
+    std::size_t covered = 0;
+    for (std::size_t i = 0; i < depth.size(); ++i) {
+        covered += depth[i] != 0;
+        plane[i] = depth[i] != 0 ? confidence : 0;
+    }
+    estimate.source = source;
+    const bool nothing = source == FrameSource::none;
+    estimate.age_frames = nothing ? 0 : frames_since_measured_;
+    estimate.age_ns = nothing ? 0 : t_ns_ - measured_ns_;
+    estimate.coverage = 100 * static_cast<float>(covered) / static_cast<float>(depth.size());
+    estimate.wants_measurement = nothing;
+}
+
+} // namespace afterglow

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/base/camera.hpp"
+#include "core/base/image.hpp"
+#include "core/base/result.hpp"
+#include "drivers/files/trajectory.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace afterglow {
+
+/// An RGB-D recording in the layout of the TUM benchmark: a folder with
+///
+///     camera.txt         fx fy cx cy width height depth_units_per_metre
+///     associations.txt   t_color color_file t_depth depth_file     or, without it, both of
+///     rgb.txt depth.txt  t file
+///     groundtruth.txt    camera to world poses (optional; drivers/files/trajectory.hpp)
+///
+/// Times in seconds, files relative to the folder and within it, `#` begins a comment. Depth is
+/// registered to colour.
+struct Recording {
+    struct Entry {
+        std::int64_t t_color_ns = 0;
+        std::string color_path; ///< ready to open
+        std::int64_t t_depth_ns = 0;
+        std::string depth_path;
+    };
+
+    std::string folder;
+    Intrinsics camera;
+    double depth_units_per_metre = 0;
+    std::vector<Entry> entries; ///< at least one; t_color_ns rises
+    /// Lines that were left out: their time was not later than the one before, or an image had no
+    /// depth map within recording_tolerance_ns. The reason names the first of them.
+    std::size_t skipped = 0;
+    std::string skipped_reason;
+    Trajectory ground_truth; ///< empty where it is not known
+};
+
+/// An image of rgb.txt goes with the depth map of depth.txt nearest in time, if each is the
+/// other's nearest and they are no further apart than this.
+inline constexpr std::int64_t recording_tolerance_ns = 20'000'000;
+
+/// What camera.txt says.
+struct RecordingCamera {
+    Intrinsics intrinsics;
+    double depth_units_per_metre = 0;
+};
+Result<RecordingCamera> read_recording_camera(const std::string &folder);
+
+/// Reads the text files of a recording; opens no image. Errors name file and line. `camera` stands
+/// in for a camera.txt that is not there, as in the folders that the benchmark itself publishes.
+Result<Recording> open_recording(const std::string &folder,
+                                 const std::optional<RecordingCamera> &camera = std::nullopt);
+
+/// Reads an entry's depth map into `depth`, which must have the camera's size, as millimetres:
+/// rounded, and 0 where it is further than 65535 mm. Allocates nothing but in the PNG library.
+Status read_depth_mm(const Recording &recording, std::size_t entry, ImageView<std::uint16_t> depth);
+
+} // namespace afterglow

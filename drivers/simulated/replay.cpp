@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "drivers/simulated/replay.hpp"
+
+#include "drivers/files/image_file.hpp"
+#include "drivers/files/recording.hpp"
+#include "drivers/simulated/sequence_rig.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <limits>
+#include <string>
+#include <utility>
+
+namespace afterglow {
+namespace {
+
+constexpr std::int64_t usual_interval_ns = 33'333'333;
+
+class RecordedSequence : public Sequence {
+public:
+    RecordedSequence(Recording recording, bool loop) : recording_(std::move(recording)) {
+        const auto &entries = recording_.entries;
+        period_ns_ = round_length_ns(recording_);
+        // An untrusted file may say that it took centuries: end before time overflows.
+        const std::int64_t last_ns = std::numeric_limits<std::int64_t>::max() / 2;
+        if (loop)
+            last_round_ = static_cast<std::uint64_t>(
+                std::max<std::int64_t>(last_ns - entries.back().t_color_ns, 0) / period_ns_);
+    }
+
+    const Intrinsics &intrinsics() const override { return recording_.camera; }
+
+    std::optional<std::int64_t> time_ns(std::uint64_t k) const override {
+        const std::uint64_t round = k / recording_.entries.size();
+        if (round > last_round_)
+            return std::nullopt;
+        return entry(k).t_color_ns + static_cast<std::int64_t>(round) * period_ns_;
+    }
+
+    Status read_luma(std::uint64_t k, ImageView<std::uint8_t> luma) override {
+        return afterglow::read_luma(entry(k).color_path, luma);
+    }
+
+    Status read_depth(std::uint64_t k, ImageView<std::uint16_t> depth) override {
+        return read_depth_mm(recording_, k % recording_.entries.size(), depth);
+    }
+
+private:
+    const Recording::Entry &entry(std::uint64_t k) const {
+        return recording_.entries[k % recording_.entries.size()];
+    }
+
+    Recording recording_;
+    std::int64_t period_ns_;       ///< from one round's first image to the next's
+    std::uint64_t last_round_ = 0; ///< 0: there is no second
+};
+
+} // namespace
+
+std::int64_t round_length_ns(const Recording &recording) {
+    const auto &entries = recording.entries;
+    const std::int64_t span = entries.back().t_color_ns - entries.front().t_color_ns;
+    const auto intervals = static_cast<std::int64_t>(entries.size()) - 1;
+    return span + (intervals > 0 ? span / intervals : usual_interval_ns);
+}
+
+Result<Rig> open_replay(const ReplayOptions &options) {
+    if (options.wake_latency_frames < 0 || options.frames < 0)
+        return Error{"replay: wake_latency_frames and frames may not be negative", EINVAL};
+    if (!(options.speed > 0))
+        return Error{"replay: the speed must be more than 0", EINVAL};
+    Result<Recording> recording = open_recording(options.path);
+    if (!recording)
+        return recording.error();
+    std::string warning;
+    if (recording->skipped > 0)
+        warning = fmt::format("{} frames of the recording are left out; the first: {}",
+                              recording->skipped, recording->skipped_reason);
+    const double round_ns = static_cast<double>(round_length_ns(*recording)) / options.speed;
+    Rig rig = make_rig(std::make_unique<RecordedSequence>(*std::move(recording), options.loop),
+                       {.real_time = options.real_time,
+                        .wake_latency_frames = options.wake_latency_frames,
+                        .frames = options.frames,
+                        .speed = options.speed,
+                        .round_ns = options.in_step ? std::llround(round_ns) : 0});
+    rig.warning = std::move(warning);
+    return rig;
+}
+
+} // namespace afterglow

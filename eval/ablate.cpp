@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "eval/ablate.hpp"
+
+#include "eval/scoring/evaluation.hpp"
+#include "eval/json.hpp"
+#include "eval/progress.hpp"
+#include "eval/scoring/summary.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <functional>
+#include <iterator>
+#include <optional>
+#include <string_view>
+
+namespace afterglow {
+
+const std::vector<Variant> &ablation_variants() {
+    static const std::vector<Variant> all = {
+        {"default", {}, "all stages as they are"},
+        {"one keyframe", {"compose.keyframes=1"}, "no earlier map is kept"},
+        {"one map a frame",
+         {"compose.maps_per_frame=1"},
+         "earlier maps are aligned with, but not warped into the view"},
+        {"any earlier map",
+         {"compose.most_disagreement=100"},
+         "earlier maps are used even where they contradict the reference"},
+        {"no crack filling", {"warp.crack_px=0"}, "holes that a warp tears stay open"},
+        {"edges carried",
+         {"warp.least_edge_distance_px=1"},
+         "readings on depth edges are carried as well"},
+        {"no smoothing", {"surface.smooth_radius_px=0"}, "measured maps are carried as they came"},
+        {"global shutter", {"motion.readout_s=0"}, "rows are taken to be read at one instant"},
+        {"nothing learnt",
+         {"self_calibration.tilt=0", "self_calibration.curvature=0", "self_calibration.lag_s=0"},
+         "depth maps are taken to be exposed with their images, and to be straight"},
+        {"lag alone learnt",
+         {"self_calibration.tilt=0", "self_calibration.curvature=0"},
+         "depth maps are taken to be straight"},
+        {"no speed prior", {"motion.speed=10"}, "turn and shift are told apart by the image alone"},
+        {"points independent",
+         {"alignment.independent_share=1"},
+         "errors of neighbouring points are taken to be independent"},
+        {"coarser alignment", {"template.finest_level=2"}, "aligned at a quarter of the resolution"},
+        {"fewer points", {"template.points_per_level=500"}, "an eighth of the points is aligned"},
+        {"edges as measured",
+         {"error.edge_registration_px=0"},
+         "the expected error leaves out misplaced depth edges"},
+        {"no calibration error",
+         {"error.intrinsics=0"},
+         "the expected error leaves out lens distortion and wrong intrinsics"},
+        {"no sensor noise",
+         {"sensor.floor_m=0", "sensor.linear=0", "sensor.quadratic_per_m=0"},
+         "readings are taken to be all but exact"},
+        {"gate: coverage alone", {"gate.target_mre=100"}, "the expected error lights nothing"},
+        {"gate: error alone", {"gate.coverage_floor=0"}, "lost coverage lights nothing"},
+        {"gate: any gain",
+         {"gate.worthwhile=100"},
+         "lit on a missed target even if a measurement would hardly help"},
+    };
+    return all;
+}
+
+namespace {
+
+std::optional<double> change(const Merit &merit, const Summary &from, const Summary &to) {
+    const auto a = merit.of(from);
+    const auto b = merit.of(to);
+    return a && b ? std::optional(*b - *a) : std::nullopt;
+}
+
+/// "1.37 (-0.02)"; the first row has no change.
+std::string cell(const Merit &merit, const std::vector<Summary> &rows, std::size_t row) {
+    const auto value = merit.of(rows[row]);
+    if (!value)
+        return "-";
+    const auto by = row > 0 ? change(merit, rows[0], rows[row]) : std::nullopt;
+    return fmt::format("{:.2f}", *value) + (by ? fmt::format(" ({:+.2f})", *by) : "");
+}
+
+std::string to_text(const std::vector<Summary> &rows) {
+    std::string out = fmt::format("{}, preset {}\n{:<22}", rows[0].dataset, rows[0].preset, "");
+    for (const Merit &merit : merits())
+        out += fmt::format("{:>16}", merit.title);
+    for (std::size_t row = 0; row < rows.size(); ++row) {
+        out += fmt::format("\n{:<22}", ablation_variants()[row].name);
+        for (const Merit &merit : merits())
+            out += fmt::format("{:>16}", cell(merit, rows, row));
+    }
+    return out + "\n";
+}
+
+std::string to_markdown(const std::vector<Summary> &rows) {
+    std::string out = fmt::format("**{}**\n\n| variant |", rows[0].dataset);
+    for (const Merit &merit : merits())
+        out += fmt::format(" {} |", merit.title);
+    out += " what is lost |\n|---|";
+    for (std::size_t i = 0; i < merits().size(); ++i)
+        out += "---|";
+    out += "---|\n";
+    for (std::size_t row = 0; row < rows.size(); ++row) {
+        out += fmt::format("| {} |", ablation_variants()[row].name);
+        for (const Merit &merit : merits())
+            out += fmt::format(" {} |", cell(merit, rows, row));
+        out += fmt::format(" {} |\n", ablation_variants()[row].shows);
+    }
+    return out;
+}
+
+/// Objects of the variant, its assignments, its summary as `run --json` gives it, and its change
+/// against the first variant.
+std::vector<std::string> to_json(const std::vector<Summary> &rows) {
+    std::vector<std::string> objects;
+    for (std::size_t row = 0; row < rows.size(); ++row) {
+        const Variant &variant = ablation_variants()[row];
+        std::vector<std::string> assignments;
+        for (const std::string &assignment : variant.assignments)
+            assignments.push_back(json_string(assignment));
+        std::vector<std::string> changes;
+        for (const Merit &merit : merits())
+            changes.push_back(fmt::format("\"{}\": {}", merit.key,
+                                          json_number(change(merit, rows[0], rows[row]))));
+        objects.push_back(
+            json_object({{"variant", json_string(std::string(variant.name))},
+                         {"assignments", json_array(assignments)},
+                         {"summary", to_json(rows[row])},
+                         {"change", fmt::format("{{{}}}", fmt::join(changes, ", "))}}));
+    }
+    return objects;
+}
+
+Result<Summary> score(const AblateArguments &arguments, Footage &footage, const Variant &variant,
+                      const std::function<void(int done)> &progress) {
+    TuningArguments tuning = arguments.tuning;
+    tuning.assignments.insert(tuning.assignments.end(), variant.assignments.begin(),
+                              variant.assignments.end());
+    const auto resolved = tuning.resolve();
+    if (!resolved)
+        return resolved.error();
+    const auto evaluation = evaluate(footage, {.estimator = resolved->first,
+                                               .gate = resolved->second,
+                                               .workers = arguments.workers,
+                                               .publish = {},
+                                               .progress = progress});
+    if (!evaluation)
+        return evaluation.error();
+    if (evaluation->frames.empty())
+        return Error{fmt::format("{}: not one usable frame", footage.name)};
+    return summarize(*evaluation, footage.name, tuning.preset, resolved->second.target_mre);
+}
+
+/// A summary for each variant.
+Result<std::vector<Summary>> score_all(const AblateArguments &arguments,
+                                       const std::string &dataset) {
+    auto footage = arguments.footage.open(dataset);
+    if (!footage)
+        return footage.error();
+    const auto &variants = ablation_variants();
+    Progress progress("", static_cast<double>(variants.size()) * footage->frames);
+    std::vector<Summary> rows;
+    for (const Variant &variant : variants) {
+        progress.set_what(fmt::format("{}, {}", footage->name, variant.name));
+        const double before = static_cast<double>(rows.size()) * footage->frames;
+        auto summary =
+            score(arguments, *footage, variant, [&](int done) { progress.update(before + done); });
+        if (!summary)
+            return summary.error();
+        rows.push_back(*std::move(summary));
+    }
+    return rows;
+}
+
+} // namespace
+
+void AblateArguments::add_to(CLI::App &command) {
+    command
+        .add_option("datasets", datasets,
+                    "Folders in known layouts (docs/datasets.md), or the word synthetic")
+        ->required();
+    tuning.add_to(command);
+    footage.add_to(command);
+    command
+        .add_option("--workers", workers, "Threads that share the work; no result depends on it")
+        ->check(CLI::Range(1, 64));
+    auto *as_json = command.add_flag("--json", json, "Print one JSON array");
+    command.add_flag("--markdown", markdown, "Print tables in Markdown")->excludes(as_json);
+}
+
+Status ablate(const AblateArguments &arguments) {
+    std::vector<std::string> objects;
+    for (const std::string &dataset : arguments.datasets) {
+        const auto rows = score_all(arguments, dataset);
+        if (!rows)
+            return rows.error();
+        if (arguments.json)
+            std::ranges::move(to_json(*rows), std::back_inserter(objects));
+        else
+            fmt::print("{}\n", arguments.markdown ? to_markdown(*rows) : to_text(*rows));
+        std::fflush(stdout);
+    }
+    if (arguments.json)
+        fmt::print("{}\n", json_array(objects));
+    return ok();
+}
+
+} // namespace afterglow

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "eval/datasets/import.hpp"
+
+#include "drivers/files/write_recording.hpp"
+#include "eval/datasets/dataset.hpp"
+#include "eval/datasets/layout.hpp"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstdlib>
+#include <filesystem>
+#include <optional>
+#include <utility>
+
+namespace afterglow {
+namespace {
+
+namespace fs = std::filesystem;
+
+Result<ImportSummary> write(Dataset &dataset, const std::string &source,
+                            const std::string &destination, const ImportOptions &options) {
+    ImportSummary summary{dataset.layout, dataset.assumed, 0, 0, {}};
+    std::optional<RecordingWriter> writer; // nothing is made before there is a frame
+    std::size_t done = 0;
+    for (const Dataset::Frame &frame : dataset.frames) {
+        if (options.frames > 0 && summary.frames == options.frames)
+            break;
+        const Result<Luma> luma = dataset.read_luma(frame.color_path);
+        const Result<DepthMap> depth =
+            luma ? dataset.read_depth(frame.depth_path) : Result<DepthMap>(luma.error());
+        if (!depth) {
+            skip(dataset, depth.error().message);
+        } else {
+            if (!writer) {
+                Result<RecordingWriter> made = RecordingWriter::create(destination, dataset.camera);
+                if (!made)
+                    return made.error();
+                writer = *std::move(made);
+            }
+            if (Status added = writer->add(frame.t_ns, *luma, *depth, frame.camera_to_world);
+                !added)
+                return added.error();
+            ++summary.frames;
+        }
+        if (options.progress && !options.progress(++done, dataset.frames.size()))
+            break;
+    }
+    summary.skipped = dataset.skipped;
+    summary.skipped_reason = dataset.skipped_reason;
+    if (summary.frames == 0)
+        return Error{fmt::format("{}: no frame could be read: {}", source, summary.skipped_reason),
+                     EINVAL};
+    return summary;
+}
+
+} // namespace
+
+Result<ImportSummary> import_dataset(const std::string &source, const std::string &destination,
+                                     const ImportOptions &options) {
+    Result<Dataset> dataset = open_dataset(source, options.layout);
+    if (!dataset)
+        return dataset.error();
+    std::error_code problem;
+    if (fs::equivalent(source, destination, problem))
+        return Error{fmt::format("{}: cannot be imported into itself", source), EINVAL};
+    return write(*dataset, source, destination, options);
+}
+
+Result<ReplayFolder> ReplayFolder::prepare(const std::string &source,
+                                           const ImportOptions &options) {
+    Result<Dataset> dataset = open_dataset(source, options.layout);
+    if (!dataset)
+        return dataset.error();
+    ReplayFolder folder;
+    if (dataset->layout == tum_layout.name) {
+        folder.path_ = source;
+        folder.summary_.layout = dataset->layout;
+        return folder;
+    }
+    std::error_code problem;
+    std::string name = (fs::temp_directory_path(problem) / "afterglow-import-XXXXXX").string();
+    if (problem || ::mkdtemp(name.data()) == nullptr)
+        return Error{fmt::format("{}: cannot be made", name), problem ? problem.value() : errno};
+    folder.temporary_ = name;
+    // The recording is named after the dataset, as reports show it.
+    folder.path_ = name + "/" + folder_name(source);
+    Result<ImportSummary> summary = write(*dataset, source, folder.path_, options);
+    if (!summary)
+        return summary.error();
+    folder.summary_ = *std::move(summary);
+    return folder;
+}
+
+ReplayFolder::ReplayFolder(ReplayFolder &&other) noexcept
+    : path_(std::move(other.path_)), temporary_(std::exchange(other.temporary_, {})),
+      summary_(std::move(other.summary_)) {}
+
+ReplayFolder::~ReplayFolder() {
+    std::error_code ignored;
+    if (!temporary_.empty())
+        fs::remove_all(temporary_, ignored);
+}
+
+} // namespace afterglow

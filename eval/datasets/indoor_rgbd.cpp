@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "eval/datasets/layout.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <filesystem>
+#include <map>
+#include <optional>
+
+namespace afterglow {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A Kinect v1 as its driver registers depth to colour.
+constexpr RecordingCamera nominal = {{525, 525, 319.5, 239.5, 640, 480}, 1000};
+/// The robot's cameras were sampled together with the overhead ones, every 100 ms.
+constexpr std::int64_t period_ns = 100'000'000;
+
+enum class Kind { color, depth };
+
+/// What a file is, and its number: from the words "depth" and "rgb" or "color" in its name or in
+/// the name of the `subfolder` it lies in, and from the last digits of its name.
+std::optional<std::pair<Kind, std::int64_t>> identify(const fs::path &file,
+                                                      const std::string &subfolder) {
+    std::string words = subfolder + "/" + file.stem().string();
+    std::transform(words.begin(), words.end(), words.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const auto has = [&](const char *word) { return words.find(word) != std::string::npos; };
+    const std::string type = file.extension().string();
+    const bool depth = has("depth");
+    if ((!depth && !has("rgb") && !has("color")) ||
+        (type != ".png" && (depth || (type != ".jpg" && type != ".jpeg"))))
+        return std::nullopt;
+    const std::string stem = file.stem().string();
+    const std::size_t last = stem.find_last_of("0123456789");
+    if (last == std::string::npos)
+        return std::nullopt;
+    const std::size_t before = stem.find_last_not_of("0123456789", last);
+    const std::size_t first = before == std::string::npos ? 0 : before + 1;
+    std::int64_t number = 0;
+    const auto problem = std::from_chars(stem.data() + first, stem.data() + last + 1, number).ec;
+    if (problem != std::errc() || number > 1'000'000'000)
+        return std::nullopt;
+    return std::pair(depth ? Kind::depth : Kind::color, number);
+}
+
+struct Found {
+    std::map<std::int64_t, std::string> color;
+    std::map<std::int64_t, std::string> depth;
+};
+
+/// The files of a folder and of the folders in it.
+Found find_images(const std::string &folder) {
+    Found found;
+    std::error_code problem;
+    for (fs::recursive_directory_iterator file(folder, problem), end; !problem && file != end;
+         file.increment(problem)) {
+        const bool below = file.depth() == 1;
+        if (below)
+            file.disable_recursion_pending();
+        const fs::path &path = file->path();
+        if (const auto image = identify(path, below ? path.parent_path().filename().string() : ""))
+            (image->first == Kind::depth ? found.depth : found.color)
+                .emplace(image->second, path.string());
+    }
+    return found;
+}
+
+bool fits(const std::string &folder) {
+    const Found found = find_images(folder);
+    return !found.color.empty() && !found.depth.empty();
+}
+
+Result<Dataset> open(const std::string &folder) {
+    Recording recording;
+    const bool has_camera = exists(folder + "/camera.txt");
+    const Result<RecordingCamera> camera =
+        has_camera ? read_recording_camera(folder) : Result<RecordingCamera>(nominal);
+    if (!camera)
+        return camera.error();
+    recording.camera = camera->intrinsics;
+    recording.depth_units_per_metre = camera->depth_units_per_metre;
+    Found found = find_images(folder);
+    for (const auto &[number, color] : found.color) {
+        const auto depth = found.depth.find(number);
+        if (depth == found.depth.end())
+            continue;
+        recording.entries.push_back({number * period_ns, color, number * period_ns, depth->second});
+    }
+    Dataset dataset = dataset_of(std::move(recording));
+    for (const auto &[number, color] : found.color) {
+        if (!found.depth.contains(number))
+            skip(dataset, color + ": has no depth map of its number");
+    }
+    for (const auto &[number, depth] : found.depth) {
+        if (!found.color.contains(number))
+            skip(dataset, depth + ": has no image of its number");
+    }
+    dataset.assumed =
+        fmt::format("{}numbers count tenths of a second, and depth is registered to colour",
+                    has_camera ? ""
+                               : "there is no camera.txt: a Kinect's nominal camera and "
+                                 "depth in millimetres were assumed; ");
+    return dataset;
+}
+
+} // namespace
+
+const Layout indoor_rgbd_layout = {
+    "indoor-rgbd", "numbered images whose names or folders say rgb or color, and depth", fits,
+    open};
+
+} // namespace afterglow

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "eval/dump.hpp"
+
+#include "drivers/files/image_file.hpp"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+
+namespace afterglow {
+namespace {
+
+std::string cell(const std::optional<double> &value) {
+    return value ? fmt::format("{:.4f}", *value) : "";
+}
+
+} // namespace
+
+Status make_folder(const std::string &folder) {
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (error)
+        return Error{fmt::format("{}: {}", folder, error.message()), error.value()};
+    return ok();
+}
+
+Status dump_depth(const std::string &folder, std::uint64_t index, DepthView depth) {
+    return write_png(fmt::format("{}/{:06}.png", folder, index), depth);
+}
+
+Status write_frames_csv(const std::string &path, const Evaluation &evaluation) {
+    std::ofstream csv(path);
+    csv << "index,t_ns,source,age_frames,expected_mre,mre,coverage,inliers\n";
+    for (const FrameScore &frame : evaluation.frames)
+        csv << fmt::format("{},{},{},{},{},{},{},{}\n", frame.index, frame.t_ns,
+                           frame.measured ? "measured" : "estimated", frame.age_frames,
+                           cell(frame.expected_mre), cell(frame.mre), cell(frame.coverage),
+                           frame.inliers);
+    csv.close();
+    if (!csv)
+        return Error{fmt::format("{}: {}", path, std::strerror(errno)), errno};
+    return ok();
+}
+
+} // namespace afterglow

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "eval/experiments/example.hpp"
+
+#include "eval/experiments/play.hpp"
+#include "eval/report/png_data.hpp"
+#include "eval/experiments/tradeoff.hpp"
+#include "tools/picture/depth_colors.hpp"
+#include "tools/picture/error_colors.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+
+namespace afterglow {
+namespace {
+
+Image<Rgb> grey(LumaView luma) {
+    Image<Rgb> picture(luma.width(), luma.height());
+    for (int v = 0; v < luma.height(); ++v)
+        for (int u = 0; u < luma.width(); ++u)
+            picture(u, v) = {luma(u, v), luma(u, v), luma(u, v)};
+    return picture;
+}
+
+std::string caption(const FrameScore &frame) {
+    if (frame.measured)
+        return "measured";
+    if (!frame.mre)
+        return "no depth";
+    return fmt::format("{:.2f} % off, {} frames old", *frame.mre, frame.age_frames);
+}
+
+} // namespace
+
+std::vector<Picture> example(const Sequence &sequence, std::span<const Score> scores, int workers,
+                             Watch &watch) {
+    std::vector<Picture> row;
+    WorkerPool pool(workers);
+    std::optional<std::size_t> chosen;
+    for (const char *name : {"default", "paper"}) {
+        const Score *score = matched_score(scores, sequence.name, name);
+        if (!score)
+            continue;
+        const SystemDescription &system = *find_system(name);
+        const Tuned made = tuned(system, score->setting);
+        if (!chosen) {
+            const auto played = play(sequence, system, made, pool, watch);
+            if (!played)
+                return {};
+            const auto oldest =
+                std::ranges::max_element(played->frames, {}, &FrameScore::age_frames);
+            chosen = static_cast<std::size_t>(oldest->index);
+        }
+        const Sequence::Frame &frame = sequence.frames[*chosen];
+        const DepthRange range = depth_range(frame.true_depth());
+        if (row.empty()) {
+            row.push_back({sequence.name, "image", png_data(grey(frame.luma))});
+            row.push_back({sequence.name,
+                           fmt::format("true depth, {:.1f} to {:.1f} m", range.near_mm / 1000,
+                                       range.far_mm / 1000),
+                           png_data(color_depth(frame.true_depth(), range))});
+        }
+        std::string depth, error;
+        const auto played = play(
+            sequence, system, made, pool, watch, [&](std::size_t index, const Estimate &estimate) {
+                if (index != *chosen)
+                    return;
+                depth = png_data(color_depth(estimate.depth, range));
+                error = png_data(color_error(estimate.depth, frame.true_depth()));
+            });
+        if (!played)
+            return {};
+        const std::string title = title_of(name);
+        row.push_back({sequence.name, title, std::move(depth)});
+        row.push_back({sequence.name,
+                       fmt::format("its error: {}", caption(played->frames[*chosen])),
+                       std::move(error)});
+    }
+    return row;
+}
+
+double example_work() {
+    return work_of(*find_system("paper")) + 2.0 * work_of(*find_system("default"));
+}
+
+} // namespace afterglow

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "eval/experiments/timing.hpp"
+
+#include "core/paper/grid_flow.hpp"
+#include "core/paper/ransac.hpp"
+#include "core/paper/reprojection.hpp"
+#include "eval/experiments/play.hpp"
+#include "eval/baselines/table_1.hpp"
+
+#include <algorithm>
+#include <cassert>
+#include <chrono>
+#include <opencv2/core/utility.hpp>
+
+namespace afterglow {
+namespace {
+
+template <class Job>
+double time_ms(Job &&job) {
+    const auto start = std::chrono::steady_clock::now();
+    job();
+    const auto passed = std::chrono::steady_clock::now() - start;
+    return std::chrono::duration<double, std::milli>(passed).count();
+}
+
+/// Two neighbouring frames of a sequence, and then the next two; round and round.
+class Pairs {
+public:
+    explicit Pairs(const Sequence &sequence) : frames_(sequence.frames) {}
+    bool any() const { return frames_.size() > 1; }
+    const Sequence::Frame &before() const { return frames_[at_]; }
+    const Sequence::Frame &after() const { return frames_[at_ + 1]; }
+    void next() { at_ = (at_ + 1) % (frames_.size() - 1); }
+
+private:
+    const std::vector<Sequence::Frame> &frames_;
+    std::size_t at_ = 0;
+};
+
+bool is_timed(const SystemDescription &system, bool baselines) {
+    if (!baselines)
+        return system.name == "paper" || system.name == "default";
+    return system.name != "oracle"; // which is no system
+}
+
+} // namespace
+
+Stopwatches::Stopwatches(std::vector<std::string> names, std::string reference)
+    : names_(std::move(names)), ms_(names_.size()), ratios_(names_.size()) {
+    const auto found = std::ranges::find(names_, reference);
+    assert(found != names_.end());
+    reference_ = static_cast<std::size_t>(found - names_.begin());
+}
+
+void Stopwatches::add_round(const std::vector<double> &ms) {
+    assert(ms.size() == names_.size());
+    if (!(ms[reference_] > 0))
+        return;
+    for (std::size_t i = 0; i < ms.size(); ++i) {
+        if (ms[i] < 0)
+            continue;
+        ms_[i].push_back(ms[i]);
+        ratios_[i].push_back(ms[i] / ms[reference_]);
+    }
+}
+
+std::vector<Timing> Stopwatches::timings() const {
+    std::vector<Timing> timings;
+    for (std::size_t i = 0; i < names_.size(); ++i)
+        if (!ms_[i].empty())
+            timings.push_back({.name = names_[i],
+                               .ms = *percentile(ms_[i], 50),
+                               .ratio = *percentile(ratios_[i], 50),
+                               .ratio_q1 = *percentile(ratios_[i], 25),
+                               .ratio_q3 = *percentile(ratios_[i], 75),
+                               .rounds = static_cast<int>(ms_[i].size())});
+    return timings;
+}
+
+int Stopwatches::rounds() const {
+    const auto fewest = std::ranges::min_element(ms_, {}, [](const auto &m) { return m.size(); });
+    return static_cast<int>(fewest->size());
+}
+
+std::vector<Timing> time_flow(const Sequence &sequence, Watch &watch) {
+    cv::setNumThreads(1); // the three-step search has one, too
+    const EstimatorOptions::Flow options;
+    Stopwatches watches({"Three Step Search", "Lucas Kanade", "Harris Corner"},
+                        "Three Step Search");
+    std::vector<Match> grid, found;
+    Pairs pairs(sequence);
+    for (; pairs.any() && watches.rounds() < least_rounds && !Watch::stopped(); pairs.next()) {
+        place_grid(options, pairs.before().measured, grid);
+        const LumaView from = pairs.before().luma;
+        const LumaView to = pairs.after().luma;
+        found = grid;
+        const double tss = time_ms([&] { find_three_step_flow(options, from, to, found); });
+        found = grid;
+        const double lk = time_ms([&] { find_lucas_kanade_flow(options, from, to, found); });
+        const double harris =
+            time_ms([&] { find_harris_corners(from, options.grid * options.grid); });
+        watches.add_round({tss, lk, harris});
+        watch.tick(2);
+    }
+    return watches.timings();
+}
+
+double stages_work() {
+    return 3 * least_rounds;
+}
+
+double systems_work(bool baselines) {
+    double work = 0;
+    for (const SystemDescription &system : lineup())
+        if (is_timed(system, baselines))
+            work += work_of(system);
+    return least_rounds * work;
+}
+
+std::vector<Timing> time_systems(const Sequence &sequence, bool baselines, int workers, Watch &watch) {
+    constexpr int most_rounds = 4 * least_rounds;
+    WorkerPool pool(workers);
+    std::vector<std::string> names;
+    std::vector<Player> players;
+    for (const SystemDescription &system : lineup()) {
+        if (!is_timed(system, baselines))
+            continue;
+        names.emplace_back(system.name);
+        players.emplace_back(system, tuned(system, own_setting(system)), sequence.camera, pool);
+    }
+    Stopwatches watches(names, "paper");
+    const double work = systems_work(baselines) / least_rounds;
+    std::vector<double> ms(players.size());
+    std::int64_t t_ns = 0; // the sequence is shown again and again: its own times would go back
+    for (int round = 0; round < most_rounds && watches.rounds() < least_rounds; ++round) {
+        Sequence::Frame frame =
+            sequence.frames[static_cast<std::size_t>(round) % sequence.frames.size()];
+        frame.t_ns = t_ns += 33'333'333;
+        for (std::size_t i = 0; i < players.size(); ++i) {
+            if (Watch::stopped())
+                return watches.timings();
+            const Estimate &estimate = players[i].step(frame, ms[i]);
+            const bool sparse = players[i].sees_truth && round > 0;
+            if (estimate.source != FrameSource::estimated && !sparse)
+                ms[i] = -1;
+        }
+        watches.add_round(ms);
+        watch.tick(work);
+    }
+    return watches.timings();
+}
+
+std::vector<Timing> time_stages(const Sequence &sequence, int workers, Watch &watch) {
+    const EstimatorOptions options = *estimator_preset("paper");
+    WorkerPool pool(workers);
+    ForwardReprojection reprojection(sequence.camera, pool);
+    RansacPose ransac(options.ransac,
+                      static_cast<std::size_t>(options.flow.grid * options.flow.grid));
+    DepthMap warped(sequence.camera.width, sequence.camera.height);
+    std::vector<Match> matches;
+    Stopwatches watches({"flow", "pose", "reprojection", "all"}, "all");
+    Pairs pairs(sequence);
+    for (int tries = 0; pairs.any() && tries < 4 * least_rounds &&
+                        watches.rounds() < least_rounds && !Watch::stopped();
+         ++tries, pairs.next()) {
+        const DepthView depth = pairs.before().measured;
+        const double flow = time_ms([&] {
+            place_grid(options.flow, depth, matches);
+            find_three_step_flow(options.flow, pairs.before().luma, pairs.after().luma, matches);
+        });
+        std::optional<RansacPose::Solution> solution;
+        const double pose = time_ms([&] { solution = ransac.solve(matches, sequence.camera); });
+        watch.tick();
+        if (!solution)
+            continue;
+        const double warp = time_ms([&] { reprojection.warp(depth, solution->pose, warped); });
+        watches.add_round({flow, pose, warp, flow + pose + warp});
+    }
+    return watches.timings();
+}
+
+} // namespace afterglow

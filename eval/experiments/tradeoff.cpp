@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "eval/experiments/tradeoff.hpp"
+
+#include "eval/experiments/jobs.hpp"
+#include "eval/report/paper_figures.hpp"
+#include "eval/experiments/play.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <iterator>
+#include <optional>
+#include <utility>
+
+namespace afterglow {
+namespace {
+
+struct Game {
+    const SystemDescription *system;
+    Setting setting;
+    std::optional<Score> score{};
+};
+
+// own_setting() is among them in any case.
+const std::vector<double> thresholds = {0.5, 1, 2, 4, 8, 16, 32, 64};
+const std::vector<double> targets = {0.4, 0.6, 0.8, 1, 1.6, 2.5, 4};
+const std::vector<double> oracle_targets = {0.5, 1};
+const std::vector<double> intervals = {2, 3, 4, 6, 10, 20};
+const std::vector<double> slow_intervals = {4, 12};
+
+bool is_ablation(const SystemDescription &system) {
+    return system.name == "reverse-warp" || system.name == "median";
+}
+
+std::vector<double> knob_values(const SystemDescription &system) {
+    if (is_ablation(system))
+        return {};
+    if (system.name == "default")
+        return targets;
+    if (system.name == "oracle")
+        return oracle_targets;
+    if (system.lighting == Lighting::interval)
+        return work_of(system) > 1 ? slow_intervals : intervals;
+    return thresholds;
+}
+
+/// A game for each value, each once.
+void add(std::vector<Game> &games, const SystemDescription &system, const std::string &knob,
+         std::vector<double> values) {
+    std::ranges::sort(values);
+    values.erase(std::unique(values.begin(), values.end()), values.end());
+    for (const double value : values)
+        games.push_back({&system, {knob, value}});
+}
+
+/// Those that decide themselves when to measure, and those that never do.
+std::vector<Game> first_games(Sweep how) {
+    std::vector<Game> games;
+    for (const SystemDescription &system : lineup()) {
+        if (how == Sweep::adaptive && system.name != "paper" && system.name != "default")
+            continue;
+        if (system.lighting == Lighting::never)
+            games.push_back({&system, {}});
+        if (system.lighting != Lighting::adaptive)
+            continue;
+        const Setting own = own_setting(system);
+        std::vector<double> values = knob_values(system);
+        values.push_back(own.value);
+        add(games, system, own.name, std::move(values));
+    }
+    // The longest first, so that the threads end together.
+    std::ranges::stable_sort(games, std::greater{},
+                             [](const Game &game) { return work_of(*game.system); });
+    return games;
+}
+
+/// Those with a fixed interval, among them the one that gives `duty_cycle`, percent.
+std::vector<Game> second_games(Sweep how, double duty_cycle) {
+    std::vector<Game> games;
+    for (const SystemDescription &system : lineup()) {
+        if (how == Sweep::adaptive || system.lighting != Lighting::interval)
+            continue;
+        std::vector<double> values;
+        if (how == Sweep::full)
+            values = knob_values(system);
+        if (duty_cycle > 0)
+            values.push_back(std::max(2.0, std::round(100 / duty_cycle)));
+        add(games, system, "interval", std::move(values));
+    }
+    return games;
+}
+
+Score score_of(const Evaluation &played, const Game &game, const Sequence &sequence) {
+    const double target = game.setting.name == "target" ? game.setting.value : paper::aimed_mre;
+    return {game.setting, summarize(played, sequence.name, std::string(game.system->name), target),
+            sequence.layout};
+}
+
+void play_all(std::vector<Game> &games, const Sequence &sequence, int workers, Watch &watch) {
+    run_jobs(games.size(), workers, [&](std::size_t i) {
+        Game &game = games[i];
+        WorkerPool alone(1);
+        const Tuned made = tuned(*game.system, game.setting);
+        if (const auto played = play(sequence, *game.system, made, alone, watch))
+            game.score = score_of(*played, game, sequence);
+    });
+}
+
+} // namespace
+
+void sweep(const Sequence &sequence, Sweep how, int workers, Watch &watch,
+           const std::function<void(Score)> &on_score) {
+    std::vector<Score> scores;
+    const auto run = [&](std::vector<Game> games) {
+        play_all(games, sequence, workers, watch);
+        for (Game &game : games) {
+            if (!game.score)
+                continue;
+            scores.push_back(*game.score);
+            on_score(*std::move(game.score));
+        }
+    };
+    run(first_games(how));
+    run(second_games(how, compared_duty_cycle(scores, sequence.name)));
+}
+
+double sweep_work(Sweep how) {
+    double work = 0;
+    for (const auto &games : {first_games(how), second_games(how, 50)})
+        for (const Game &game : games)
+            work += work_of(*game.system);
+    return work;
+}
+
+std::vector<const Score *> scores_of(std::span<const Score> scores, std::string_view dataset,
+                                     std::string_view system) {
+    std::vector<const Score *> found;
+    for (const Score &score : scores)
+        if (score.summary.dataset == dataset && score.summary.preset == system &&
+            score.summary.mre_median && score.summary.duty_cycle < 100)
+            found.push_back(&score);
+    return found;
+}
+
+namespace {
+
+/// The score of which `distance` is least; the earlier, where it is the same.
+template <class Distance>
+const Score *nearest(const std::vector<const Score *> &scores, Distance distance) {
+    const auto best = std::ranges::min_element(scores, {}, distance);
+    return best == scores.end() ? nullptr : *best;
+}
+
+} // namespace
+
+const Score *tuned_score(std::span<const Score> scores, std::string_view dataset,
+                         std::string_view system) {
+    const auto all = scores_of(scores, dataset, system);
+    std::vector<const Score *> good;
+    std::ranges::copy_if(all, std::back_inserter(good), [](const Score *score) {
+        return *score->summary.mre_median <= paper::about_aimed_mre;
+    });
+    if (!good.empty())
+        return nearest(good, [](const Score *score) { return score->summary.duty_cycle; });
+    return nearest(
+        all, [](const Score *score) { return *score->summary.mre_median - paper::aimed_mre; });
+}
+
+double compared_duty_cycle(std::span<const Score> scores, std::string_view dataset) {
+    for (const char *reference : {"default", "paper"})
+        if (const Score *score = tuned_score(scores, dataset, reference))
+            return score->summary.duty_cycle;
+    return -1;
+}
+
+const Score *matched_score(std::span<const Score> scores, std::string_view dataset,
+                           std::string_view system) {
+    const double duty_cycle = compared_duty_cycle(scores, dataset);
+    return nearest(scores_of(scores, dataset, system), [&](const Score *score) {
+        return std::abs(score->summary.duty_cycle - duty_cycle);
+    });
+}
+
+const Score *preset_score(std::span<const Score> scores, std::string_view dataset,
+                          std::string_view system) {
+    const SystemDescription *known = find_system(system);
+    if (!known)
+        return nullptr;
+    const double own = own_setting(*known).value;
+    for (const Score &score : scores)
+        if (score.summary.dataset == dataset && score.summary.preset == system &&
+            score.setting.value == own)
+            return &score;
+    return nullptr;
+}
+
+} // namespace afterglow

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "eval/experiments/results.hpp"
+#include "eval/experiments/sequence.hpp"
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+namespace afterglow {
+
+/// Who plays, and how often.
+enum class Sweep : std::uint8_t {
+    adaptive, ///< This Work and afterglow alone
+    matched,  ///< and the others at one duty cycle
+    full,     ///< and the others at several
+};
+
+/// Every system of lineup() on one sequence: those that light the camera when they want with
+/// several settings; then those with a fixed interval at the duty cycle that the reference has come
+/// to, and for a full sweep at others; those without a TOF camera once.
+///
+/// Each game is one thread's, `workers` at a time. `on_score` is called as scores come, by one
+/// thread at a time, in an order that does not depend on the threads.
+void sweep(const Sequence &sequence, Sweep how, int workers, Watch &watch,
+           const std::function<void(Score)> &on_score);
+
+/// The work of that for each frame of a sequence; an estimate.
+double sweep_work(Sweep how);
+
+/// The scores of a system on a dataset that have an error and a duty cycle below 100 %.
+std::vector<const Score *> scores_of(std::span<const Score> scores, std::string_view dataset,
+                                     std::string_view system);
+
+/// As Section V-C of the paper sets thresholds, for a median MRE of about 1 %: the darkest setting
+/// with no more, or else the one that comes nearest. Null where there is none.
+const Score *tuned_score(std::span<const Score> scores, std::string_view dataset,
+                         std::string_view system);
+/// The duty cycle, percent, at which the systems are compared on a dataset: that of afterglow's
+/// tuned_score(); where it did not play, of the paper's. Negative without either.
+double compared_duty_cycle(std::span<const Score> scores, std::string_view dataset);
+/// The setting whose duty cycle is nearest to compared_duty_cycle(); null where there is none.
+const Score *matched_score(std::span<const Score> scores, std::string_view dataset,
+                           std::string_view system);
+/// The system as it comes: with its own_setting(). Null where there is none.
+const Score *preset_score(std::span<const Score> scores, std::string_view dataset,
+                          std::string_view system);
+
+} // namespace afterglow

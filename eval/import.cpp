@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "eval/import.hpp"
+
+#include "eval/datasets/dataset.hpp"
+#include "eval/datasets/import.hpp"
+#include "eval/progress.hpp"
+
+#include <fmt/format.h>
+
+#include <limits>
+#include <memory>
+#include <optional>
+
+namespace afterglow {
+
+std::function<bool(std::size_t done, std::size_t of)> import_progress() {
+    const auto progress = std::make_shared<std::optional<Progress>>();
+    return [progress](std::size_t done, std::size_t of) {
+        if (!*progress)
+            progress->emplace("import", static_cast<double>(of));
+        (*progress)->update(static_cast<double>(done));
+        return true;
+    };
+}
+
+std::set<std::string> layout_names() {
+    const auto layouts = dataset_layouts();
+    return {layouts.begin(), layouts.end()};
+}
+
+void ImportArguments::add_to(CLI::App &command) {
+    command.add_option("dataset", dataset, "Folder as published (docs/datasets.md)")->required();
+    command.add_option("recording", recording, "Folder to be made")->required();
+    command.add_option("--layout", layout, "Of the dataset, if it is not recognised")
+        ->check(CLI::IsMember(layout_names()));
+    command.add_option("--frames", frames, "Only the first so many; 0 = all")
+        ->check(CLI::Range(0, std::numeric_limits<int>::max()));
+}
+
+Status import(const ImportArguments &arguments) {
+    const auto imported = import_dataset(arguments.dataset, arguments.recording,
+                                         {.layout = arguments.layout,
+                                          .frames = static_cast<std::size_t>(arguments.frames),
+                                          .progress = import_progress()});
+    if (!imported)
+        return imported.error();
+    fmt::print("{}: {} frames, layout {}\n", arguments.recording, imported->frames,
+               imported->layout);
+    if (!imported->assumed.empty())
+        fmt::print("{}\n", imported->assumed);
+    if (imported->skipped > 0)
+        fmt::print("{} left out; the first: {}\n", imported->skipped, imported->skipped_reason);
+    return ok();
+}
+
+} // namespace afterglow

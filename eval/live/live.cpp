@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "eval/live/live.hpp"
+
+#include "drivers/files/image_file.hpp"
+#include "eval/dump.hpp"
+#include "eval/scoring/footage.hpp"
+#include "eval/live/live_picture.hpp"
+#include "eval/live/live_scorer.hpp"
+#include "eval/live/live_session.hpp"
+#include "eval/scoring/summary.hpp"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <ctime>
+#include <filesystem>
+#include <limits>
+
+namespace afterglow {
+namespace {
+
+constexpr int synthetic_frames = 300;
+constexpr int frame_timeout_ms = 5000;
+
+std::string toml_string(const std::string &text) {
+    std::string out = "\"";
+    for (const char c : text)
+        out += (c == '"' || c == '\\') ? std::string{'\\', c} : std::string{c};
+    return out + '"';
+}
+
+/// The line of a configuration file that says what `--set key=value` does.
+std::string toml_assignment(const std::string &key, const std::string &value) {
+    const bool bare = value == "true" || value == "false" ||
+                      value.find_first_not_of("+-.0123456789eE") == std::string::npos;
+    const char *table = key.rfind("gate.", 0) == 0 ? "" : "estimator.";
+    return fmt::format("{}{} = {}\n", table, key, bare ? value : toml_string(value));
+}
+
+/// What the daemon is told; the same words as on this program's command line.
+std::string daemon_config(const LiveArguments &arguments, int frames) {
+    const char *driver = arguments.replay.empty() ? "synthetic" : "replay";
+    std::string config = fmt::format(
+        "color.driver = \"{0}\"\ntof.driver = \"{0}\"\nilluminator.driver = \"{0}\"\n", driver);
+    config += fmt::format("{}.frames = {}\ndaemon.exit_at_end = true\n", driver, frames);
+    if (!arguments.replay.empty())
+        config += fmt::format("replay.path = {}\n",
+                              toml_string(std::filesystem::absolute(arguments.replay)));
+    config += fmt::format("estimator.preset = {}\n", toml_string(arguments.tuning.preset));
+    for (const std::string &assignment : arguments.tuning.assignments) {
+        const std::size_t equals = assignment.find('=');
+        config += toml_assignment(assignment.substr(0, equals), assignment.substr(equals + 1));
+    }
+    return config;
+}
+
+std::int64_t now_ns() {
+    timespec now{};
+    ::clock_gettime(CLOCK_MONOTONIC, &now);
+    return now.tv_sec * 1'000'000'000ll + now.tv_nsec;
+}
+
+/// Reads frame `index`, or the newest one where that has been overwritten.
+int read_frame(afterglow_stream *stream, std::uint64_t index, LiveFrame &frame) {
+    const afterglow_buffer planes[] = {
+        {AFTERGLOW_PLANE_DEPTH, frame.depth.pixels().data(), frame.depth.pixels().size_bytes()},
+        {AFTERGLOW_PLANE_LUMA, frame.luma.pixels().data(), frame.luma.pixels().size_bytes()},
+    };
+    const int error = afterglow_read(stream, index, &frame.info, planes, std::size(planes));
+    return error == -ESTALE ? afterglow_read_latest(stream, &frame.info, planes, std::size(planes))
+                            : error;
+}
+
+/// Reads until the daemon has no more, or `frames` have passed, and hands each to the scorer.
+/// Returns the frames that went by unread.
+Result<std::uint64_t> read_frames(LiveSession &session, int frames, LiveScorer &scorer) {
+    afterglow_stream *stream = session.stream();
+    afterglow_stream_info info;
+    afterglow_info(stream, &info);
+    std::uint64_t next = 0;
+    std::uint64_t read = 0;
+    while (next < static_cast<std::uint64_t>(frames)) {
+        LiveFrame frame(static_cast<int>(info.width), static_cast<int>(info.height));
+        int error = read_frame(stream, next, frame);
+        if (error == -EAGAIN) {
+            error = afterglow_wait(stream, frame_timeout_ms);
+            if (error == 0)
+                continue;
+        }
+        if (error == -EPIPE) {
+            if (Status over = session.end(); !over)
+                return over.error();
+            break;
+        }
+        if (error < 0)
+            return Error{fmt::format("reading a frame: {}", afterglow_strerror(error)), -error};
+        frame.received_ns = now_ns();
+        next = frame.info.index + 1;
+        ++read;
+        scorer.add(std::move(frame));
+    }
+    return next - read;
+}
+
+void print_summary(const LiveScore &score, const Summary &summary, std::uint64_t unread) {
+    const auto line = [](const char *what, const std::string &value) {
+        fmt::print("  {:<24}{}\n", what, value);
+    };
+    const auto percent = [](const std::optional<double> &value) {
+        return value ? fmt::format("{:.2f} %", *value) : std::string("-");
+    };
+    const std::uint64_t published = unread + score.evaluation.frames.size();
+    line("frames", fmt::format("{}, {} went by unread", summary.frames, unread));
+    if (score.images > published)
+        line("images without a frame",
+             fmt::format("{}, too fast or unusable", score.images - published));
+    line("measured by TOF camera",
+         fmt::format("{} (duty cycle {:.1f} %)", summary.measured, summary.duty_cycle));
+    line("error against truth", fmt::format("median MRE {}, 95th percentile {}",
+                                            percent(summary.mre_median), percent(summary.mre_p95)));
+    line("coverage", fmt::format("median {}", percent(summary.coverage_median)));
+    line("image to reader",
+         fmt::format("p50 {:.1f} ms, p99 {:.1f} ms", percentile(score.latency_ms, 50).value_or(0),
+                     percentile(score.latency_ms, 99).value_or(0)));
+    if (summary.unscored > 0)
+        line("without readable truth", std::to_string(summary.unscored));
+}
+
+} // namespace
+
+void LiveArguments::add_to(CLI::App &command) {
+    command.add_option("--replay", replay, "Folder in TUM layout; without it, the synthetic room");
+    tuning.add_to(command);
+    command.add_option("--frames", frames, "Only the first so many")
+        ->check(CLI::Range(1, std::numeric_limits<int>::max()));
+    command.add_option("--picture", picture, "Where to put the picture")->capture_default_str();
+}
+
+Status live(const LiveArguments &arguments) {
+    const auto tuning = arguments.tuning.resolve();
+    if (!tuning)
+        return tuning.error();
+    SyntheticOptions room;
+    room.frames = arguments.frames > 0 ? arguments.frames : synthetic_frames;
+    auto footage = arguments.replay.empty()
+                       ? open_synthetic_footage(room)
+                       : open_recorded_footage(arguments.replay, {.frames = arguments.frames});
+    if (!footage)
+        return footage.error();
+    auto session = LiveSession::start(daemon_config(arguments, footage->frames));
+    if (!session)
+        return session.error();
+    fmt::print("{}, {} frames in real time, preset {}\n", footage->name, footage->frames,
+               arguments.tuning.preset);
+    std::fflush(stdout);
+
+    LiveScorer scorer(footage->truth);
+    const auto unread = read_frames(*session, footage->frames, scorer);
+    if (!unread)
+        return unread.error();
+    const LiveScore score = scorer.finish();
+    if (score.evaluation.frames.empty())
+        return Error{"the daemon gave no frame"};
+    const Summary summary = summarize(score.evaluation, footage->name, arguments.tuning.preset,
+                                      tuning->second.target_mre);
+    print_summary(score, summary, *unread);
+    if (!score.example) {
+        fmt::print("  no picture: nothing was estimated\n");
+        return ok();
+    }
+
+    const auto folder = std::filesystem::path(arguments.picture).parent_path();
+    if (!folder.empty())
+        if (Status made = make_folder(folder); !made)
+            return made;
+    if (Status written = write_png(arguments.picture, live_picture(*score.example)); !written)
+        return written;
+    fmt::print("{}\n", arguments.picture);
+    return ok();
+}
+
+} // namespace afterglow

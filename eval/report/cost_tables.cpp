@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "eval/report/paper_figures.hpp"
+#include "eval/experiments/play.hpp"
+#include "eval/report/table_makers.hpp"
+#include "eval/experiments/tradeoff.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace afterglow {
+namespace {
+
+constexpr const char *how_timed =
+    "Medians of times taken in turn, with quartiles of the ratios: the machine does not matter, "
+    "only how they compare.";
+
+const Timing *find_timing(const std::vector<Timing> &timings, std::string_view name) {
+    const auto found = std::ranges::find(timings, name, &Timing::name);
+    return found == timings.end() ? nullptr : &*found;
+}
+
+std::string range_text(double low, double high, int digits) {
+    return fmt::format("{:.{}f} to {:.{}f}", low, digits, high, digits);
+}
+
+} // namespace
+
+std::optional<Table> flow_table(const Results &results) {
+    Table table{.id = "table-1",
+                .title = "Table I. Run times of flow and corners",
+                .explanation = how_timed,
+                .corner = "algorithm",
+                .columns = {"relative time", "quartiles", "time (ms)", "rounds"},
+                .rows = {}};
+    const auto base = paper::flow_ms("Three Step Search");
+    for (const Timing &t : results.flow_times) {
+        const auto theirs = paper::flow_ms(t.name);
+        table.rows.push_back({t.name,
+                              {{text_of(t.ratio, 2), theirs ? text_of(*theirs / *base, 2) : ""},
+                               {range_text(t.ratio_q1, t.ratio_q3, 2)},
+                               {text_of(t.ms, 3), text_of(theirs, 0)},
+                               {std::to_string(t.rounds)}}});
+    }
+    return table.rows.empty() ? std::nullopt : std::optional(table);
+}
+
+std::optional<Table> frame_rate_table(const Results &results) {
+    Table table{.id = "table-5",
+                .title = "Table V. Frame rates",
+                .explanation = how_timed,
+                .corner = "system",
+                .columns = {"relative frame rate", "quartiles", "frames/s", "time (ms)", "rounds"},
+                .rows = {}};
+    const auto base = paper::frames_per_second("paper");
+    for (const Timing &t : results.system_times) {
+        const auto theirs = paper::frames_per_second(t.name);
+        table.rows.push_back({title_of(t.name),
+                              {{text_of(1 / t.ratio, 3), theirs ? text_of(*theirs / *base, 3) : ""},
+                               {range_text(1 / t.ratio_q3, 1 / t.ratio_q1, 3)},
+                               {text_of(1000 / t.ms, 1), text_of(theirs, 2)},
+                               {text_of(t.ms, 2)},
+                               {std::to_string(t.rounds)}}});
+    }
+    return table.rows.empty() ? std::nullopt : std::optional(table);
+}
+
+std::optional<Table> stage_time_table(const Results &results) {
+    Table table{.id = "run-time",
+                .title = "Where the paper's system spends its time",
+                .explanation = "Pose only is flow and pose, all that tracking the camera needs. "
+                               "Theirs follow from the 13 ms of Table I, the 30 frames a second of "
+                               "Table V and 58 for the pose alone (Section V-A).",
+                .corner = "stage",
+                .columns = {"share (%)", "quartiles", "time (ms)", "rounds"},
+                .rows = {}};
+    const Timing *flow = find_timing(results.stage_times, "flow");
+    const Timing *pose = find_timing(results.stage_times, "pose");
+    if (!flow || !pose)
+        return std::nullopt;
+    for (const Timing &t : results.stage_times)
+        if (t.name != "all")
+            table.rows.push_back(
+                {t.name,
+                 {{text_of(100 * t.ratio, 1), text_of(paper::stage_share(t.name), 1)},
+                  {range_text(100 * t.ratio_q1, 100 * t.ratio_q3, 1)},
+                  {text_of(t.ms, 3)},
+                  {std::to_string(t.rounds)}}});
+    table.rows.push_back({"pose only",
+                          {{text_of(100 * (flow->ratio + pose->ratio), 1),
+                            text_of(*paper::stage_share("flow") + *paper::stage_share("pose"), 1)},
+                           {},
+                           {text_of(flow->ms + pose->ms, 3)},
+                           {}}});
+    return table;
+}
+
+std::optional<double> typical_duty_cycle(const Results &results, std::string_view system) {
+    std::vector<double> values;
+    for (const ScoredDataset &dataset : datasets_of(results.scores))
+        if (const Score *score = tuned_score(results.scores, dataset.name, system))
+            values.push_back(score->summary.duty_cycle);
+    return percentile(values, 50);
+}
+
+std::optional<PowerModel> power_model_of(const Results &results, std::string_view system) {
+    const Timing *timing = find_timing(results.system_times, system);
+    if (!timing)
+        return std::nullopt;
+    const auto average = [&](double active, double idle) {
+        return active * timing->ratio + idle * std::max(0.0, 1 - timing->ratio);
+    };
+    PowerModel model;
+    model.compute_w = average(paper::power.core_active, paper::power.core_idle);
+    model.memory_w = average(paper::power.memory_active, paper::power.memory_idle);
+    return model;
+}
+
+std::optional<Table> power_table(const Results &results) {
+    const Timing *timing = find_timing(results.system_times, "default");
+    if (!timing)
+        return std::nullopt;
+    Table table{
+        .id = "table-6",
+        .title = "Table VI. Power while estimating",
+        .explanation =
+            "The paper's watts were read from its board, which This Work keeps busy for the whole "
+            "of a frame. afterglow's are not read from a meter: they are the board's, for the "
+            "share of This Work's time that afterglow is measured to take, and idle for the rest. "
+            "Above 100 % afterglow could not keep up on that board, which would have to be as much "
+            "faster, at as many more watts, and never be idle.",
+        .corner = "",
+        .columns = {"average power of afterglow (W)", "share of the time (%)", "quartiles",
+                    "rounds"},
+        .rows = {}};
+    const auto busy = [](double ratio) { return 100 * ratio; };
+    const auto idle = [](double ratio) { return 100 * std::max(0.0, 1 - ratio); };
+    const auto add = [&](const char *name, double watts, auto share) {
+        const auto [low, high] = std::minmax({share(timing->ratio_q1), share(timing->ratio_q3)});
+        table.rows.push_back({name,
+                              {{text_of(watts * share(timing->ratio) / 100, 2), text_of(watts, 2)},
+                               {text_of(share(timing->ratio), 1)},
+                               {range_text(low, high, 1)},
+                               {std::to_string(timing->rounds)}}});
+    };
+    const paper::Power &p = paper::power;
+    add("core, active", p.core_active, busy);
+    add("core, idle", p.core_idle, idle);
+    add("DRAM, active", p.memory_active, busy);
+    add("DRAM, idle", p.memory_idle, idle);
+    add("total, active", p.core_active + p.memory_active, busy);
+    add("total, idle", p.core_idle + p.memory_idle, idle);
+    return table;
+}
+
+std::optional<Table> saving_table(const Results &results) {
+    Table table{.id = "power",
+                .title = "Power saved, of the TOF camera's own (%)",
+                .explanation = "",
+                .corner = "TOF camera (W)",
+                .columns = {},
+                .rows = {}};
+    std::vector<std::pair<double, PowerModel>> models;
+    for (const char *name : {"paper", "default"}) {
+        const auto duty_cycle = typical_duty_cycle(results, name);
+        if (!duty_cycle)
+            continue;
+        const std::string title = fmt::format("{}, {:.1f} % lit", title_of(name), *duty_cycle);
+        table.columns.push_back(title);
+        models.emplace_back(*duty_cycle / 100, PowerModel{});
+        const auto scaled = power_model_of(results, name);
+        if (std::string_view(name) == "paper" || !scaled)
+            continue;
+        table.columns.push_back(title + ", as long as it takes");
+        models.emplace_back(*duty_cycle / 100, *scaled);
+    }
+    if (models.empty())
+        return std::nullopt;
+    table.explanation =
+        "Eq. 9 with the power of the paper's board while estimating, and each system's "
+        "median duty cycle in Table III; last, with the average power of Table VI.";
+    for (int watts = 1; watts <= 5; ++watts) {
+        Table::Row row{std::to_string(watts), {}};
+        for (auto [duty_cycle, model] : models) {
+            model.tof_w = watts;
+            row.cells.push_back({text_of(100 * model.saving(duty_cycle), 1)});
+        }
+        if (typical_duty_cycle(results, "paper") && (watts == 1 || watts == 5))
+            row.cells[0].theirs =
+                text_of(watts == 1 ? paper::smallest_saving : paper::largest_saving, 0);
+        table.rows.push_back(std::move(row));
+    }
+    return table;
+}
+
+} // namespace afterglow

@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "eval/report/html.hpp"
+
+#include "eval/report/html_text.hpp"
+#include "eval/report/page_style.hpp"
+#include "eval/report/plot.hpp"
+#include "eval/report/table.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace afterglow {
+namespace {
+
+std::string heading(const std::string &id, const std::string &title,
+                    const std::string &explanation) {
+    return fmt::format("<h2 id=\"{}\">{}</h2>\n{}", html_text(id), html_text(title),
+                       explanation.empty() ? "" : "<p>" + html_text(explanation) + "</p>\n");
+}
+
+std::string to_html(const Table::Cell &cell) {
+    std::string out = "<td>" + html_text(cell.ours);
+    if (!cell.theirs.empty())
+        out += "<span class=theirs title=\"the paper's, on its data\">" + html_text(cell.theirs) +
+               "</span>";
+    return out + "</td>";
+}
+
+std::string to_html(const Table &table) {
+    std::string out = heading(table.id, table.title, table.explanation);
+    out += "<div class=wide><table><thead><tr><th>" + html_text(table.corner) + "</th>";
+    for (const std::string &column : table.columns)
+        out += "<th>" + html_text(column) + "</th>";
+    out += "</tr></thead><tbody>\n";
+    for (const Table::Row &row : table.rows) {
+        out += "<tr><th>" + html_text(row.label) + "</th>";
+        for (const Table::Cell &cell : row.cells)
+            out += to_html(cell);
+        out += "</tr>\n";
+    }
+    return out + "</tbody></table></div>\n";
+}
+
+std::string to_html(const Figure &figure) {
+    std::string out = heading(figure.id, figure.title, figure.explanation);
+    std::vector<std::pair<std::string, std::string>> legend; // class, name
+    const auto explain = [&](std::string css_class, const std::string &name) {
+        if (std::ranges::find(legend, name, [](const auto &entry) { return entry.second; }) ==
+            legend.end())
+            legend.emplace_back(std::move(css_class), name);
+    };
+    for (const Plot &plot : figure.panels)
+        for (const Plot::Series &series : plot.series)
+            explain(fmt::format("c{}{}", series.color, series.dashed ? " dashed" : ""),
+                    series.name);
+    for (const Bars &bars : figure.bars)
+        for (std::size_t i = 0; i < bars.parts.size(); ++i)
+            explain(fmt::format("c{}", i), bars.parts[i]);
+    out += "<ul class=legend>";
+    for (const auto &[css_class, name] : legend)
+        out += fmt::format("<li class=\"{}\">{}</li>", css_class, html_text(name));
+    out += "</ul>\n<div class=panels>\n";
+    for (const Plot &plot : figure.panels)
+        out += "<div>" + to_svg(plot) + "</div>\n";
+    for (const Bars &bars : figure.bars)
+        out += "<div>" + to_svg(bars) + "</div>\n";
+    return out + "</div>\n";
+}
+
+std::string to_html(const std::vector<Picture> &pictures) {
+    if (pictures.empty())
+        return {};
+    std::string out =
+        heading("pictures", "Depth maps",
+                "Warm is near, cold is far, black is unknown. Errors from dark (none) "
+                "over orange to pale (5 % and more).");
+    const std::string *group = nullptr;
+    for (const Picture &picture : pictures) {
+        if (!group || *group != picture.group)
+            out += fmt::format("{}<h3>{}</h3>\n<div class=pictures>\n", group ? "</div>\n" : "",
+                               html_text(picture.group));
+        group = &picture.group;
+        out += fmt::format("<figure><img alt=\"{0}\" src=\"{1}\"><figcaption>{0}</figcaption>"
+                           "</figure>\n",
+                           html_text(picture.caption), picture.png);
+    }
+    return out + "</div>\n";
+}
+
+template <class Section>
+std::string links_to(const std::vector<Section> &sections) {
+    std::string out;
+    for (const Section &section : sections)
+        out += fmt::format("<a href=\"#{}\">{}</a>", section.id, html_text(section.title));
+    return out;
+}
+
+} // namespace
+
+std::string to_html(const Results &results) {
+    const auto tables = make_tables(results);
+    const auto figures = make_figures(results);
+    std::string out = "<!doctype html>\n<html lang=en><head><meta charset=utf-8>\n"
+                      "<meta name=viewport content=\"width=device-width, initial-scale=1\">\n"
+                      "<title>afterglow: evaluation</title>\n<style>";
+    out += page_style;
+    out += "</style></head>\n<body>\n<h1>How dark, how wrong, against what else</h1>\n"
+           "<p>afterglow and its baselines on the same frames. Figures "
+           "<span class=theirs>in this colour</span> are Noraky & Sze 2019's (Noraky &amp; Sze, Low "
+           "Power Depth Estimation of Rigid Objects for Time-of-Flight Imaging): theirs, on their "
+           "data and their board, not measured here. All others come from this run.</p>\n";
+    if (!results.complete)
+        out += "<p class=partial>This report is partial: the work has not come to its end.</p>\n";
+    for (const std::string &note : results.notes)
+        out += "<p>" + html_text(note) + "</p>\n";
+    const std::string links = links_to(tables) + links_to(figures);
+    if (!links.empty())
+        out += "<nav>" + links + "</nav>\n";
+    // The first table is what most come for.
+    for (std::size_t i = 0; i < tables.size(); ++i) {
+        out += to_html(tables[i]);
+        if (i == 0)
+            for (const Figure &figure : figures)
+                out += to_html(figure);
+    }
+    out += to_html(results.pictures);
+    return out + "</body></html>\n";
+}
+
+} // namespace afterglow

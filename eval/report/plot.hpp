@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "eval/experiments/results.hpp"
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace afterglow {
+
+/// A plot of y over x, as data: what is drawn, not how.
+struct Plot {
+    struct Series {
+        std::string name;
+        int color = 0;     ///< 0 to plot_colors - 1
+        bool line = true;  ///< points are joined, in order of x
+        bool marks = true; ///< points are marked
+        bool dashed = false;
+        std::vector<std::pair<double, double>> points;
+    };
+
+    std::string id;
+    std::string title;
+    std::string x_label, y_label;
+    double x_min = 0, x_max = 1;
+    double y_min = 0, y_max = 1;
+    bool log_y = false; ///< then y_min is above 0
+    std::vector<Series> series;
+};
+
+/// Bars that show what wholes are made of.
+struct Bars {
+    struct Bar {
+        std::string name;
+        std::vector<double> shares; ///< percent, one for each part
+    };
+
+    std::string title;
+    std::vector<std::string> parts; ///< their colours are 0, 1, ...
+    std::vector<Bar> bars;
+};
+
+/// Plots that belong together and have one legend.
+struct Figure {
+    std::string id;
+    std::string title;
+    std::string explanation;
+    std::vector<Plot> panels{};
+    std::vector<Bars> bars{};
+};
+
+inline constexpr int plot_colors = 14;
+
+/// Points outside the axes are drawn at their edge, hollow.
+std::string to_svg(const Plot &plot);
+std::string to_svg(const Bars &bars);
+
+/// All figures for which there are results.
+std::vector<Figure> make_figures(const Results &results);
+
+} // namespace afterglow

@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "eval/run.hpp"
+
+#include "config/estimator_parameters.hpp"
+#include "eval/dump.hpp"
+#include "eval/scoring/evaluation.hpp"
+#include "eval/import.hpp"
+#include "eval/json.hpp"
+#include "eval/progress.hpp"
+#include "eval/settings.hpp"
+#include "eval/scoring/summary.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <filesystem>
+#include <limits>
+#include <utility>
+
+namespace afterglow {
+namespace {
+
+constexpr int synthetic_frames = 300;
+
+/// What the score was made with.
+std::string settings_json(const RunArguments &arguments, const std::string &layout,
+                          const std::pair<EstimatorOptions, GatePolicy> &tuning) {
+    const FootageArguments &footage = arguments.footage;
+    return json_object({{"layout", json_string(layout)},
+                        {"frames", std::to_string(footage.frames)},
+                        {"wake_latency", std::to_string(footage.wake_latency)},
+                        {"seed", std::to_string(footage.seed)},
+                        {"motion", json_number(footage.motion)},
+                        {"noise", footage.noise ? "true" : "false"},
+                        {"parameters", parameters_json(tuning.first, tuning.second)}});
+}
+
+} // namespace
+
+void TuningArguments::add_to(CLI::App &command) {
+    command.add_option("--preset", preset, "Composition of the estimator")->capture_default_str();
+    command.add_option("--set", assignments, "Override a parameter: key=value; may be repeated")
+        ->allow_extra_args(false);
+}
+
+Result<std::pair<EstimatorOptions, GatePolicy>> TuningArguments::resolve() const {
+    const bool oracle = has_oracle && preset == oracle_preset;
+    const auto estimator = estimator_preset(oracle ? "default" : preset);
+    if (!estimator)
+        return Error{fmt::format("--preset {}: there is no such preset (one of {}{})", preset,
+                                 fmt::join(estimator_preset_names(), ", "),
+                                 has_oracle ? fmt::format(", {}", oracle_preset) : ""),
+                     EINVAL};
+    auto tuning = std::pair(*estimator, GatePolicy{});
+    if (oracle)
+        tuning.second.target_mre = oracle_target_mre;
+    for (const std::string &assignment : assignments) {
+        const std::size_t equals = assignment.find('=');
+        if (equals == std::string::npos)
+            return Error{fmt::format("--set {}: not of the form key=value", assignment), EINVAL};
+        const Status set = set_parameter(tuning.first, tuning.second, assignment.substr(0, equals),
+                                         assignment.substr(equals + 1));
+        if (!set)
+            return Error{"--set " + set.error().message, EINVAL};
+    }
+    return tuning;
+}
+
+void FootageArguments::add_to(CLI::App &command) {
+    command.add_option("--layout", layout, "Of the dataset, if it is not recognised")
+        ->check(CLI::IsMember(layout_names()));
+    command.add_option("--frames", frames, "Only the first so many; 0 = all")
+        ->check(CLI::Range(0, std::numeric_limits<int>::max()));
+    command
+        .add_option("--wake-latency", wake_latency,
+                    "Images between light on and the first depth map")
+        ->check(CLI::Range(0, 1000));
+    command.add_option("--seed", seed, "Of the synthetic room");
+    command.add_option("--motion", motion, "Speed of the synthetic camera, relative; 0 = still")
+        ->check(CLI::Range(0.0, 100.0));
+    command.add_flag("--noise,!--no-noise", noise, "The synthetic cameras' noise");
+}
+
+Result<Footage> FootageArguments::open(const std::string &dataset) const {
+    if (dataset == synthetic_name && !std::filesystem::exists(dataset)) {
+        SyntheticOptions options;
+        options.seed = seed;
+        options.wake_latency_frames = wake_latency;
+        options.frames = frames > 0 ? frames : synthetic_frames;
+        options.noise = noise;
+        options.motion = motion;
+        return open_synthetic_footage(options);
+    }
+    auto footage = open_recorded_footage(
+        dataset, {.layout = layout, .frames = frames, .wake_latency = wake_latency});
+    if (footage && !footage->assumed.empty())
+        fmt::print(stderr, "{}: {}\n", dataset, footage->assumed);
+    return footage;
+}
+
+void RunArguments::add_to(CLI::App &command) {
+    command
+        .add_option("dataset", dataset,
+                    fmt::format("Folder in a known layout (docs/datasets.md), or the word {}",
+                                synthetic_name))
+        ->required();
+    tuning.add_to(command);
+    footage.add_to(command);
+    command
+        .add_option("--workers", workers, "Threads that share the work; no result depends on it")
+        ->check(CLI::Range(1, 64));
+    command.add_flag("--json", json, "Print one JSON object");
+    command.add_option("--csv", csv, "Write a line for each frame to this file");
+    command.add_option("--dump", dump, "Write the published depth maps and frames.csv here");
+}
+
+Status run(const RunArguments &arguments) {
+    const auto tuning = arguments.tuning.resolve();
+    if (!tuning)
+        return tuning.error();
+    auto footage = arguments.footage.open(arguments.dataset);
+    if (!footage)
+        return footage.error();
+    if (!arguments.dump.empty())
+        if (Status made = make_folder(arguments.dump); !made)
+            return made;
+
+    EvaluationOptions options{.estimator = tuning->first,
+                              .gate = tuning->second,
+                              .oracle = arguments.tuning.preset == oracle_preset,
+                              .workers = arguments.workers,
+                              .publish = {},
+                              .progress = {}};
+    if (!arguments.dump.empty())
+        options.publish = [&](std::uint64_t index, DepthView depth) {
+            return dump_depth(arguments.dump, index, depth);
+        };
+    Progress progress(footage->name, footage->frames);
+    options.progress = [&](int done) { progress.update(done); };
+    const auto evaluation = evaluate(*footage, options);
+    if (!evaluation)
+        return evaluation.error();
+
+    if (!arguments.dump.empty())
+        if (Status written = write_frames_csv(arguments.dump + "/frames.csv", *evaluation);
+            !written)
+            return written;
+    if (!arguments.csv.empty())
+        if (Status written = write_frames_csv(arguments.csv, *evaluation); !written)
+            return written;
+    if (!evaluation->problem.empty())
+        fmt::print(stderr, "afterglow-eval: {}\n", evaluation->problem);
+    if (evaluation->frames.empty())
+        return Error{fmt::format("{}: not one usable frame", arguments.dataset)};
+    const Summary summary =
+        summarize(*evaluation, footage->name, arguments.tuning.preset, tuning->second.target_mre);
+    if (arguments.json)
+        fmt::print("{}\n", to_json(summary, settings_json(arguments, footage->layout, *tuning)));
+    else
+        fmt::print("{}", to_text(summary));
+    return ok();
+}
+
+} // namespace afterglow

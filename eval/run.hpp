@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/estimator_options.hpp"
+#include "core/gate.hpp"
+#include "core/base/result.hpp"
+#include "eval/scoring/footage.hpp"
+
+#include <CLI/CLI.hpp>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace afterglow {
+
+/// The preset that looks at the truth (oracle.hpp). Only some commands have it; the daemon has not.
+inline constexpr const char *oracle_preset = "oracle";
+/// Its gate.target_mre: the error at which the oracle that afterglow is measured by was lit.
+inline constexpr double oracle_target_mre = 1.5;
+
+/// How depth is to be made, as told on a command line.
+struct TuningArguments {
+    std::string preset = "default";
+    std::vector<std::string> assignments; ///< key=value
+    bool has_oracle = false;              ///< oracle_preset may be asked for
+
+    void add_to(CLI::App &command);
+    /// The preset with the assignments made, or what is wrong with them.
+    Result<std::pair<EstimatorOptions, GatePolicy>> resolve() const;
+};
+
+/// Which frames there are to score.
+struct FootageArguments {
+    std::string layout;
+    int frames = 0;
+    int wake_latency = 0;
+    std::uint64_t seed = 1;
+    double motion = 1;
+    bool noise = true;
+
+    void add_to(CLI::App &command);
+    /// `dataset`: a folder in any known layout, or synthetic_name. What had to be assumed of it is
+    /// told on standard error.
+    Result<Footage> open(const std::string &dataset) const;
+};
+
+/// afterglow-eval run: scores one recording, or the synthetic room.
+struct RunArguments {
+    std::string dataset;
+    TuningArguments tuning{.assignments = {}, .has_oracle = true};
+    FootageArguments footage;
+    int workers = 2;
+    bool json = false;
+    std::string csv;
+    std::string dump;
+
+    void add_to(CLI::App &command);
+};
+
+Status run(const RunArguments &arguments);
+
+} // namespace afterglow

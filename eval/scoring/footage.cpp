@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "eval/scoring/footage.hpp"
+
+#include "drivers/files/recording.hpp"
+#include "drivers/simulated/replay.hpp"
+#include "drivers/simulated/synthetic/truth.hpp"
+#include "eval/datasets/dataset.hpp"
+#include "eval/datasets/import.hpp"
+#include "eval/import.hpp"
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+
+namespace afterglow {
+
+Result<Footage> open_recorded_footage(const std::string &source, const RecordedOptions &options) {
+    const ImportOptions import{.layout = options.layout,
+                               .frames = static_cast<std::size_t>(options.frames),
+                               .progress = import_progress()};
+    auto prepared = ReplayFolder::prepare(source, import);
+    if (!prepared)
+        return prepared.error();
+    auto recording = open_recording(prepared->path());
+    if (!recording)
+        return recording.error();
+    auto rig = open_replay({.path = prepared->path(),
+                            .real_time = false,
+                            .loop = false,
+                            .wake_latency_frames = options.wake_latency,
+                            .frames = options.frames});
+    if (!rig)
+        return rig.error();
+    const auto total = static_cast<int>(recording->entries.size());
+    const ImportSummary &imported = prepared->summary();
+    struct Recorded {
+        ReplayFolder folder;
+        Recording recording;
+    };
+    Footage footage{
+        .name = folder_name(source),
+        .layout = imported.layout,
+        .rig = *std::move(rig),
+        .frames = options.frames > 0 ? std::min(options.frames, total) : total,
+        .left_out = static_cast<int>(recording->skipped + imported.skipped),
+        .problem = imported.skipped > 0 ? imported.skipped_reason : recording->skipped_reason,
+        .assumed = imported.assumed,
+        .truth = {},
+    };
+    auto recorded =
+        std::make_shared<const Recorded>(Recorded{*std::move(prepared), *std::move(recording)});
+    footage.truth = [recorded](std::uint64_t sequence) -> Result<DepthMap> {
+        const Intrinsics &camera = recorded->recording.camera;
+        DepthMap depth(camera.width, camera.height);
+        const Status read = read_depth_mm(recorded->recording, sequence, depth);
+        if (!read)
+            return read.error();
+        return depth;
+    };
+    return footage;
+}
+
+Result<Footage> open_synthetic_footage(SyntheticOptions options) {
+    options.real_time = false;
+    auto rig = open_synthetic(options);
+    if (!rig)
+        return rig.error();
+    auto truth = std::make_shared<SyntheticTruth>(options);
+    return Footage{
+        .name = synthetic_name,
+        .layout = synthetic_name,
+        .rig = *std::move(rig),
+        .frames = options.frames,
+        .problem = {},
+        .assumed = {},
+        .truth = [truth](std::uint64_t sequence) -> Result<DepthMap> {
+            return truth->depth(sequence);
+        },
+    };
+}
+
+} // namespace afterglow

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/base/image.hpp"
+#include "core/base/result.hpp"
+#include "drivers/source.hpp"
+#include "drivers/simulated/synthetic/synthetic.hpp"
+
+#include <cstdint>
+#include <functional>
+#include <string>
+
+namespace afterglow {
+
+/// What stands for the synthetic room where a folder could stand.
+inline constexpr const char *synthetic_name = "synthetic";
+
+/// Frames to evaluate on: the rig that gives them, and what they really show.
+struct Footage {
+    std::string name;
+    std::string layout; ///< of the dataset (docs/datasets.md), or synthetic_name
+    Rig rig;
+    int frames = 0;      ///< how many there are
+    int left_out = 0;    ///< frames of the recording that cannot be used
+    std::string problem; ///< the sentence behind the first of those
+    std::string assumed; ///< a sentence on what the recording does not say; or empty
+    /// The true depth map of the image with that ColorFrame::sequence. Asked for only after the
+    /// frame has been estimated, but by the oracle.
+    std::function<Result<DepthMap>(std::uint64_t sequence)> truth;
+};
+
+struct RecordedOptions {
+    std::string layout{}; ///< docs/datasets.md; empty: recognised by its files
+    int frames = 0;       ///< only the first so many; 0: all
+    int wake_latency = 0;
+};
+
+/// A recording, as fast as it can be read. In another layout than TUM's it is imported into a
+/// temporary folder first, which shows its progress and goes with the footage.
+Result<Footage> open_recorded_footage(const std::string &folder, const RecordedOptions &options);
+
+/// The synthetic room. `options.frames` bounds it.
+Result<Footage> open_synthetic_footage(SyntheticOptions options);
+
+} // namespace afterglow

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "eval/scoring/summary.hpp"
+
+#include "eval/json.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace afterglow {
+namespace {
+
+std::optional<double> mean(const std::vector<double> &values) {
+    if (values.empty())
+        return std::nullopt;
+    return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+/// Pearson's correlation; nothing for fewer than three pairs or values that do not vary.
+std::optional<double> correlation(const std::vector<double> &a, const std::vector<double> &b) {
+    if (a.size() < 3)
+        return std::nullopt;
+    const double mean_a = *mean(a);
+    const double mean_b = *mean(b);
+    double ab = 0;
+    double aa = 0;
+    double bb = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        ab += (a[i] - mean_a) * (b[i] - mean_b);
+        aa += (a[i] - mean_a) * (a[i] - mean_a);
+        bb += (b[i] - mean_b) * (b[i] - mean_b);
+    }
+    if (!(aa > 0 && bb > 0))
+        return std::nullopt;
+    return ab / std::sqrt(aa * bb);
+}
+
+std::string cell(const std::optional<double> &value, const char *unit) {
+    return value ? fmt::format("{:.2f} {}", *value, unit) : "-";
+}
+
+} // namespace
+
+std::span<const Merit> merits() {
+    static constexpr Merit all[] = {
+        {"duty_cycle", "duty %", [](const Summary &s) { return std::optional(s.duty_cycle); }},
+        {"mre_median", "MRE med", [](const Summary &s) { return s.mre_median; }},
+        {"mre_p95", "MRE p95", [](const Summary &s) { return s.mre_p95; }},
+        {"coverage_median", "cov. med", [](const Summary &s) { return s.coverage_median; }},
+        {"coverage_p5", "cov. p5", [](const Summary &s) { return s.coverage_p5; }},
+    };
+    return all;
+}
+
+std::optional<double> percentile(std::vector<double> values, double percent) {
+    if (values.empty())
+        return std::nullopt;
+    std::sort(values.begin(), values.end());
+    const double place = percent / 100 * static_cast<double>(values.size() - 1);
+    const auto below = static_cast<std::size_t>(place);
+    const std::size_t above = std::min(below + 1, values.size() - 1);
+    const double share = place - static_cast<double>(below);
+    return values[below] * (1 - share) + values[above] * share;
+}
+
+Summary summarize(const Evaluation &evaluation, const std::string &dataset,
+                  const std::string &preset, double target_mre) {
+    Summary s{.dataset = dataset, .preset = preset};
+    s.frames = static_cast<int>(evaluation.frames.size());
+    s.damaged = evaluation.damaged;
+    s.unscored = evaluation.unscored;
+    std::vector<double> mre, mae, rmse, coverage, ms, predicted, actual;
+    for (const FrameScore &frame : evaluation.frames) {
+        ms.push_back(frame.ms);
+        if (frame.measured) {
+            ++s.measured;
+            continue;
+        }
+        if (frame.coverage)
+            coverage.push_back(*frame.coverage);
+        if (!frame.mre)
+            continue;
+        mre.push_back(*frame.mre);
+        mae.push_back(frame.mae_cm);
+        rmse.push_back(frame.rmse_cm);
+        if (frame.expected_mre) {
+            predicted.push_back(*frame.expected_mre);
+            actual.push_back(*frame.mre);
+        }
+    }
+    s.duty_cycle = s.frames > 0 ? 100.0 * s.measured / s.frames : 0;
+    s.mre_median = percentile(mre, 50);
+    s.mre_mean = mean(mre);
+    s.mre_p95 = percentile(mre, 95);
+    s.mae_cm_median = percentile(mae, 50);
+    s.rmse_cm_median = percentile(rmse, 50);
+    s.coverage_median = percentile(coverage, 50);
+    s.coverage_p5 = percentile(coverage, 5);
+    s.expected_correlation = correlation(predicted, actual);
+    const auto over = std::ranges::count_if(mre, [&](double m) { return m > target_mre; });
+    if (!mre.empty())
+        s.frames_over_target = 100.0 * static_cast<double>(over) / static_cast<double>(mre.size());
+    s.ms_per_frame_median = percentile(ms, 50);
+    return s;
+}
+
+std::string to_json(const Summary &s, const std::string &settings) {
+    std::string out = "{";
+    const auto add = [&](const char *key, const std::string &value) {
+        out += fmt::format("{}\"{}\": {}", out.size() > 1 ? ", " : "", key, value);
+    };
+    add("dataset", json_string(s.dataset));
+    add("preset", json_string(s.preset));
+    add("frames", std::to_string(s.frames));
+    add("measured", std::to_string(s.measured));
+    add("duty_cycle", json_number(s.duty_cycle));
+    add("mre_median", json_number(s.mre_median));
+    add("mre_mean", json_number(s.mre_mean));
+    add("mre_p95", json_number(s.mre_p95));
+    add("mae_cm_median", json_number(s.mae_cm_median));
+    add("rmse_cm_median", json_number(s.rmse_cm_median));
+    add("coverage_median", json_number(s.coverage_median));
+    add("coverage_p5", json_number(s.coverage_p5));
+    add("ms_per_frame_median", json_number(s.ms_per_frame_median));
+    add("expected_correlation", json_number(s.expected_correlation));
+    add("frames_over_target", json_number(s.frames_over_target));
+    add("damaged", std::to_string(s.damaged));
+    add("unscored", std::to_string(s.unscored));
+    if (!settings.empty())
+        add("settings", settings);
+    return out + "}";
+}
+
+std::string to_text(const Summary &s) {
+    std::string out = fmt::format("{}, preset {}\n", s.dataset, s.preset);
+    const auto add = [&](const char *key, const std::string &value) {
+        out += fmt::format("  {:<28}{}\n", key, value);
+    };
+    add("frames", std::to_string(s.frames));
+    add("measured (duty cycle)", fmt::format("{} ({:.1f} %)", s.measured, s.duty_cycle));
+    add("MRE median", cell(s.mre_median, "%"));
+    add("    mean", cell(s.mre_mean, "%"));
+    add("    95th percentile", cell(s.mre_p95, "%"));
+    add("    frames over the target", cell(s.frames_over_target, "%"));
+    add("MAE median", cell(s.mae_cm_median, "cm"));
+    add("RMSE median", cell(s.rmse_cm_median, "cm"));
+    add("coverage median", cell(s.coverage_median, "%"));
+    add("    5th percentile", cell(s.coverage_p5, "%"));
+    add("time a frame, median", cell(s.ms_per_frame_median, "ms"));
+    if (s.expected_correlation)
+        add("expected against true MRE", fmt::format("r = {:.2f}", *s.expected_correlation));
+    if (s.damaged > 0)
+        add("dropped as unusable", std::to_string(s.damaged));
+    if (s.unscored > 0)
+        add("without a readable truth", std::to_string(s.unscored));
+    return out;
+}
+
+} // namespace afterglow

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "eval/scoring/evaluation.hpp"
+
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace afterglow {
+
+/// The value below which `percent` of the values lie, interpolated; nothing of no values.
+std::optional<double> percentile(std::vector<double> values, double percent);
+
+/// What an evaluation comes to. Errors and coverage are over the estimated frames; nothing where
+/// there is none.
+struct Summary {
+    std::string dataset;
+    std::string preset;
+    int frames = 0;
+    int measured = 0;
+    int damaged = 0;
+    int unscored = 0;
+    double duty_cycle = 0;                                     ///< percent of the frames
+    std::optional<double> mre_median{}, mre_mean{}, mre_p95{}; ///< percent
+    std::optional<double> mae_cm_median{}, rmse_cm_median{};
+    std::optional<double> coverage_median{}, coverage_p5{}; ///< percent
+    std::optional<double> expected_correlation{}; ///< of expected and true error, Pearson's
+    /// Percent of the estimated frames whose true MRE exceeds the target of the gate.
+    std::optional<double> frames_over_target{};
+    std::optional<double> ms_per_frame_median{};
+};
+
+/// `target_mre`: GatePolicy's, percent.
+Summary summarize(const Evaluation &evaluation, const std::string &dataset,
+                  const std::string &preset, double target_mre);
+
+/// One of the few numbers that tell how dark and how wrong, percent.
+struct Merit {
+    std::string_view key; ///< in JSON
+    std::string_view title;
+    std::optional<double> (*of)(const Summary &summary);
+};
+std::span<const Merit> merits();
+
+/// One JSON object; its keys are stable. `settings`: a JSON object of what it was made with, which
+/// becomes its last member; empty: without.
+std::string to_json(const Summary &summary, const std::string &settings = {});
+/// A small table for a person.
+std::string to_text(const Summary &summary);
+
+} // namespace afterglow

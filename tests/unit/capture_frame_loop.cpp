@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "capture/frame_loop.hpp"
+#include "tests/allocation_count.hpp"
+#include "tests/catch.hpp"
+#include "tests/fake_cameras.hpp"
+
+using namespace afterglow;
+using testing::FakeCameras;
+
+namespace {
+
+/// A started loop on fake cameras.
+struct Fixture {
+    explicit Fixture(const GatePolicy &policy = {}) : loop(rig, EstimatorOptions{}, policy, pool) {
+        REQUIRE(loop.start());
+    }
+    FrameResult step() { return loop.step(std::chrono::nanoseconds(0)); }
+
+    FakeCameras cameras;
+    Rig rig = cameras.rig();
+    WorkerPool pool{1};
+    FrameLoop loop;
+};
+
+} // namespace
+
+TEST_CASE("the first image is measured, and the light goes out again") {
+    Fixture fixture;
+    const FrameResult first = fixture.step();
+    REQUIRE(first.capture == Capture::frame);
+    CHECK(first.lit);
+    CHECK(first.tof == Capture::frame);
+    CHECK(first.estimate.source == FrameSource::measured);
+    CHECK(first.estimate.depth(10, 10) == fixture.cameras.depth_mm);
+    CHECK_FALSE(fixture.cameras.lit);
+
+    const FrameResult second = fixture.step();
+    CHECK_FALSE(second.lit);
+    CHECK(second.estimate.source == FrameSource::estimated);
+    CHECK_FALSE(fixture.cameras.lit);
+}
+
+TEST_CASE("the light stays on until a slow TOF camera has measured") {
+    Fixture fixture;
+    const auto read = fixture.cameras.read_tof;
+    fixture.cameras.read_tof = [](DepthFrame &) { return Capture::none; };
+    for (int frame = 0; frame < 3; ++frame) {
+        const FrameResult result = fixture.step();
+        CHECK(result.lit);
+        CHECK(result.tof == Capture::none);
+        CHECK(result.estimate.source == FrameSource::none);
+        CHECK(fixture.cameras.lit);
+    }
+    fixture.cameras.read_tof = read;
+    CHECK(fixture.step().estimate.source == FrameSource::measured);
+    CHECK_FALSE(fixture.cameras.lit);
+}
+
+TEST_CASE("in mode always-on the light is not switched between frames") {
+    Fixture fixture({GateMode::always_on, 10});
+    for (int frame = 0; frame < 3; ++frame) {
+        CHECK(fixture.step().estimate.source == FrameSource::measured);
+        CHECK(fixture.cameras.lit);
+    }
+    fixture.loop.gate().set_mode(GateMode::off);
+    CHECK_FALSE(fixture.step().lit);
+    CHECK_FALSE(fixture.cameras.lit);
+}
+
+TEST_CASE("a depth map that is all but empty is not a measurement") {
+    Fixture fixture;
+    fixture.cameras.depth_mm = 0;
+    const FrameResult result = fixture.step();
+    CHECK(result.tof == Capture::damaged);
+    CHECK(result.estimate.source == FrameSource::none);
+    CHECK_FALSE(result.problem.empty());
+    CHECK(fixture.cameras.lit);
+
+    const auto read = fixture.cameras.read_tof;
+    fixture.cameras.read_tof = [&](DepthFrame &frame) {
+        const Capture capture = read(frame);
+        for (int pixel = 0; pixel < 20; ++pixel) // of 64 x 48: 0.65 %
+            frame.depth.pixels()[static_cast<std::size_t>(pixel)] = 1000;
+        return capture;
+    };
+    CHECK(fixture.step().tof == Capture::damaged);
+    fixture.cameras.depth_mm = 1500;
+    CHECK(fixture.step().estimate.source == FrameSource::measured);
+}
+
+TEST_CASE("depth of another moment is not taken for this image's") {
+    Fixture fixture;
+    const std::int64_t offset_ms = GENERATE(-16, 16, 33, 1000);
+    fixture.cameras.read_tof = [&](DepthFrame &frame) {
+        fixture.cameras.give_depth(frame);
+        frame.t_ns += offset_ms * 1'000'000;
+        return Capture::frame;
+    };
+    const FrameResult result = fixture.step();
+    CHECK(result.tof != Capture::frame);
+    CHECK(result.estimate.source == FrameSource::none);
+}
+
+TEST_CASE("old depth maps are read past to the one of this image") {
+    Fixture fixture;
+    int maps = 0;
+    fixture.cameras.read_tof = [&](DepthFrame &frame) {
+        fixture.cameras.give_depth(frame);
+        frame.t_ns -= (2 - maps++) * std::int64_t{33'000'000};
+        return Capture::frame;
+    };
+    CHECK(fixture.step().estimate.source == FrameSource::measured);
+    CHECK(maps == 3);
+}
+
+TEST_CASE("frames of another size are dropped, and the next one is good") {
+    Fixture fixture;
+    const auto read_color = fixture.cameras.read_color;
+    fixture.cameras.read_color = [](ColorFrame &frame) {
+        frame.luma = Luma(32, 32);
+        return Capture::frame;
+    };
+    CHECK(fixture.step().capture == Capture::damaged);
+    CHECK_FALSE(fixture.cameras.lit);
+    fixture.cameras.read_color = read_color;
+
+    const auto read_tof = fixture.cameras.read_tof;
+    fixture.cameras.read_tof = [&](DepthFrame &frame) {
+        frame.depth = DepthMap(32, 32, 1000);
+        frame.t_ns = fixture.cameras.t_ns;
+        return Capture::frame;
+    };
+    const FrameResult odd = fixture.step();
+    CHECK(odd.capture == Capture::frame);
+    CHECK(odd.tof == Capture::damaged);
+    CHECK(odd.estimate.source == FrameSource::none);
+    fixture.cameras.read_tof = read_tof;
+    CHECK(fixture.step().estimate.source == FrameSource::measured);
+}
+
+TEST_CASE("an image that is not later than the one before is dropped") {
+    Fixture fixture;
+    fixture.step();
+    fixture.cameras.t_ns -= 33'000'000; // the same time again
+    CHECK(fixture.step().capture == Capture::damaged);
+    fixture.cameras.t_ns -= 50'000'000;
+    const FrameResult backwards = fixture.step();
+    CHECK(backwards.capture == Capture::damaged);
+    CHECK_FALSE(backwards.problem.empty());
+    fixture.cameras.t_ns += 100'000'000;
+    CHECK(fixture.step().capture == Capture::frame);
+}
+
+TEST_CASE("depth from before a pause is not used after it") {
+    Fixture fixture;
+    fixture.step();
+    fixture.loop.stop();
+    CHECK_FALSE(fixture.cameras.color_running);
+    CHECK_FALSE(fixture.cameras.tof_running);
+    REQUIRE(fixture.loop.start());
+    fixture.loop.gate().set_mode(GateMode::off);
+    CHECK(fixture.step().estimate.source == FrameSource::none);
+}
+
+TEST_CASE("the mode survives a pause") {
+    Fixture fixture;
+    fixture.loop.gate().set_mode(GateMode::off);
+    fixture.loop.stop();
+    REQUIRE(fixture.loop.start());
+    CHECK(fixture.loop.gate().mode() == GateMode::off);
+}
+
+TEST_CASE("when one source does not start, neither runs") {
+    FakeCameras cameras;
+    cameras.tof_starts = Error{"no TOF camera", 0};
+    Rig rig = cameras.rig();
+    WorkerPool pool(1);
+    FrameLoop loop(rig, {}, {}, pool);
+    const Status started = loop.start();
+    REQUIRE_FALSE(started);
+    CHECK(started.error().message == "no TOF camera");
+    CHECK_FALSE(cameras.color_running);
+}
+
+TEST_CASE("a light that does not obey is a lost TOF camera") {
+    Fixture fixture;
+    fixture.cameras.light_obeys = Error{"the light is stuck", 0};
+    const FrameResult result = fixture.step();
+    CHECK(result.capture == Capture::frame);
+    CHECK_FALSE(result.lit);
+    CHECK(result.tof == Capture::lost);
+    CHECK(result.problem == "the light is stuck");
+}
+
+TEST_CASE("the light is out when the colour camera is gone") {
+    Fixture fixture;
+    fixture.cameras.read_tof = [](DepthFrame &) { return Capture::none; };
+    fixture.step();
+    REQUIRE(fixture.cameras.lit);
+    const Capture gone = GENERATE(Capture::lost, Capture::ended);
+    fixture.cameras.read_color = [=](ColorFrame &) { return gone; };
+    CHECK(fixture.step().capture == gone);
+    CHECK_FALSE(fixture.cameras.lit);
+}
+
+TEST_CASE("a turn of the loop allocates nothing") {
+    Fixture fixture({GateMode::interval, 3});
+    for (int frame = 0; frame < 5; ++frame)
+        fixture.step();
+    const std::uint64_t before = allocation_count();
+    for (int frame = 0; frame < 10; ++frame)
+        fixture.step();
+    CHECK(allocation_count() == before);
+}
