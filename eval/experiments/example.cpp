@@ -2,7 +2,7 @@
 #include "eval/experiments/example.hpp"
 
 #include "eval/experiments/play.hpp"
-#include "eval/report/png_data.hpp"
+#include "eval/experiments/png_data.hpp"
 #include "eval/experiments/tradeoff.hpp"
 #include "tools/picture/depth_colors.hpp"
 #include "tools/picture/error_colors.hpp"

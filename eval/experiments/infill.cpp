@@ -3,7 +3,7 @@
 
 #include "eval/scoring/metrics.hpp"
 #include "eval/experiments/play.hpp"
-#include "eval/report/png_data.hpp"
+#include "eval/experiments/png_data.hpp"
 #include "tools/picture/depth_colors.hpp"
 
 #include <fmt/format.h>

@@ -4,7 +4,7 @@
 #include "eval/report/html.hpp"
 #include "eval/report/paper_figures.hpp"
 #include "eval/report/plot.hpp"
-#include "eval/report/png_data.hpp"
+#include "eval/experiments/png_data.hpp"
 #include "eval/report/results_json.hpp"
 #include "eval/report/table.hpp"
 #include "eval/experiments/tradeoff.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "eval/report/png_data.hpp"
+#include "eval/experiments/png_data.hpp"
 
 #include "drivers/files/png_file.hpp"
 
