@@ -19,14 +19,13 @@ decltype(auto) timed(std::chrono::nanoseconds &total, Work &&work) {
 
 } // namespace
 
-FrameLoop::FrameLoop(Rig &rig, const EstimatorOptions &estimator, const GatePolicy &gate,
-                     WorkerPool &pool)
-    : rig_(rig), options_(estimator), policy_(gate), pool_(pool),
+FrameLoop::FrameLoop(Rig &rig, PipelineFactory make, const GatePolicy &gate)
+    : rig_(rig), make_(std::move(make)), policy_(gate),
       pairing_(rig.pairing, rig.color->intrinsics()) {
     const Intrinsics &color = rig.color->intrinsics();
     color_.luma = Luma(color.width, color.height);
     gate_.emplace(policy_);
-    estimator_.emplace(options_, color, pool_);
+    pipeline_ = make_(color);
 }
 
 Status FrameLoop::start() {
@@ -44,7 +43,7 @@ Status FrameLoop::start_color() {
         return started;
     policy_.mode = gate_->mode();
     gate_.emplace(policy_);
-    estimator_.emplace(options_, rig_.color->intrinsics(), pool_);
+    pipeline_ = make_(rig_.color->intrinsics());
     last_t_ns_.reset();
     return ok();
 }
@@ -84,7 +83,7 @@ FrameResult FrameLoop::step(std::chrono::nanoseconds timeout) {
     result.t_ns = color_.t_ns;
     result.sequence = color_.sequence;
     result.estimate = timed(result.estimation_time, [&]() -> const Estimate & {
-        return estimator_->track(color_.luma, color_.t_ns);
+        return pipeline_->track(color_.luma, color_.t_ns);
     });
     if (gate_->wants_light(result.estimate) && tof_running_) {
         measure(result);
@@ -123,7 +122,7 @@ void FrameLoop::measure(FrameResult &result) {
         result.wake_latency = std::chrono::nanoseconds(color_.t_ns - *asked_ns_);
     asked_ns_.reset();
     result.estimate = timed(result.estimation_time, [&]() -> const Estimate & {
-        return estimator_->measure(pairing_.depth());
+        return pipeline_->measure(pairing_.depth());
     });
     gate_->measured();
     // Going dark now and not at the next image saves a frame of light; a camera that measures

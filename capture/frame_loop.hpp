@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/estimator.hpp"
-#include "core/gate.hpp"
 #include "capture/depth_pairing.hpp"
+#include "core/gate.hpp"
+#include "core/pipeline.hpp"
 #include "drivers/source.hpp"
 
 #include <chrono>
@@ -27,7 +27,7 @@ struct FrameResult {
     std::chrono::nanoseconds pairing_error{};
     /// Where besides the light had to be switched on: from the image that asked to this one.
     std::optional<std::chrono::nanoseconds> wake_latency;
-    std::chrono::nanoseconds estimation_time{}; ///< spent in the estimator
+    std::chrono::nanoseconds estimation_time{}; ///< spent in the pipeline
     std::string_view problem; ///< the sentence behind a `damaged` or `lost`; else empty
 };
 
@@ -40,10 +40,9 @@ struct FrameResult {
 /// Runs on the estimator thread; allocates nothing after start() while the devices are well.
 class FrameLoop {
 public:
-    /// The rig and the pool must outlive the loop. The rig's sources must have been opened, not
-    /// started.
-    FrameLoop(Rig &rig, const EstimatorOptions &estimator, const GatePolicy &gate,
-              WorkerPool &pool);
+    /// The rig must outlive the loop; its sources must have been opened, not started. `make` makes
+    /// the pipeline anew at each start of the colour source.
+    FrameLoop(Rig &rig, PipelineFactory make, const GatePolicy &gate);
 
     /// Starts both sources. On failure neither runs. Forgets all it knew: depth from before a
     /// pause says nothing about after it.
@@ -69,10 +68,9 @@ private:
     bool set_light(bool lit, FrameResult &result);
 
     Rig &rig_;
-    EstimatorOptions options_;
+    PipelineFactory make_;
     GatePolicy policy_;
-    WorkerPool &pool_;
-    std::optional<Estimator> estimator_;
+    std::unique_ptr<Pipeline> pipeline_;
     std::optional<Gate> gate_;
     DepthPairing pairing_;
     ColorFrame color_;

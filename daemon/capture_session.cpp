@@ -14,7 +14,7 @@ std::chrono::nanoseconds BackOff::next() {
 CaptureSession::CaptureSession(Rig &rig, const Config &config, WorkerPool &pool, RingWriter &ring,
                                Outbox &outbox)
     : run_without_readers_(config.daemon.run_without_readers), ring_(ring), outbox_(outbox),
-      loop_(rig, config.estimator, config.gate, pool) {}
+      loop_(rig, pipeline_factory(config.estimator, pool), config.gate) {}
 
 CaptureSession::~CaptureSession() {
     loop_.stop();

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "eval/ablate.hpp"
 
-#include "eval/scoring/evaluation.hpp"
 #include "eval/json.hpp"
 #include "eval/progress.hpp"
+#include "eval/scoring/evaluation.hpp"
 #include "eval/scoring/summary.hpp"
 
 #include <fmt/format.h>
@@ -44,7 +44,9 @@ const std::vector<Variant> &ablation_variants() {
         {"points independent",
          {"alignment.independent_share=1"},
          "errors of neighbouring points are taken to be independent"},
-        {"coarser alignment", {"template.finest_level=2"}, "aligned at a quarter of the resolution"},
+        {"coarser alignment",
+         {"template.finest_level=2"},
+         "aligned at a quarter of the resolution"},
         {"fewer points", {"template.points_per_level=500"}, "an eighth of the points is aligned"},
         {"edges as measured",
          {"error.edge_registration_px=0"},
@@ -140,11 +142,12 @@ Result<Summary> score(const AblateArguments &arguments, Footage &footage, const 
     const auto resolved = tuning.resolve();
     if (!resolved)
         return resolved.error();
-    const auto evaluation = evaluate(footage, {.estimator = resolved->first,
-                                               .gate = resolved->second,
-                                               .workers = arguments.workers,
-                                               .publish = {},
-                                               .progress = progress});
+    WorkerPool pool(arguments.workers);
+    const auto evaluation = evaluate(footage, pipeline_factory(resolved->first, pool),
+                                     resolved->second, {.publish = {}, .progress = [&](int done) {
+                                                            progress(done);
+                                                            return true;
+                                                        }});
     if (!evaluation)
         return evaluation.error();
     if (evaluation->frames.empty())

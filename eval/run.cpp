@@ -2,13 +2,14 @@
 #include "eval/run.hpp"
 
 #include "config/estimator_parameters.hpp"
+#include "eval/baselines/oracle.hpp"
 #include "eval/dump.hpp"
-#include "eval/scoring/evaluation.hpp"
 #include "eval/import.hpp"
 #include "eval/json.hpp"
 #include "eval/progress.hpp"
-#include "eval/settings.hpp"
+#include "eval/scoring/evaluation.hpp"
 #include "eval/scoring/summary.hpp"
+#include "eval/settings.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -127,19 +128,21 @@ Status run(const RunArguments &arguments) {
         if (Status made = make_folder(arguments.dump); !made)
             return made;
 
-    EvaluationOptions options{.estimator = tuning->first,
-                              .gate = tuning->second,
-                              .oracle = arguments.tuning.preset == oracle_preset,
-                              .workers = arguments.workers,
-                              .publish = {},
-                              .progress = {}};
+    WorkerPool pool(arguments.workers);
+    EvaluationHooks hooks;
     if (!arguments.dump.empty())
-        options.publish = [&](std::uint64_t index, DepthView depth) {
-            return dump_depth(arguments.dump, index, depth);
+        hooks.publish = [&](std::uint64_t index, const Estimate &estimate) {
+            return dump_depth(arguments.dump, index, estimate.depth);
         };
     Progress progress(footage->name, footage->frames);
-    options.progress = [&](int done) { progress.update(done); };
-    const auto evaluation = evaluate(*footage, options);
+    hooks.progress = [&](int done) {
+        progress.update(done);
+        return true;
+    };
+    const PipelineFactory make = arguments.tuning.preset == oracle_preset
+                                     ? oracle_factory(tuning->first, pool, footage->truth_at())
+                                     : pipeline_factory(tuning->first, pool);
+    const auto evaluation = evaluate(*footage, make, tuning->second, hooks);
     if (!evaluation)
         return evaluation.error();
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/estimator.hpp"
+#include "core/pipeline.hpp"
 #include "drivers/simulated/synthetic/truth.hpp"
 
 #include <algorithm>
@@ -52,27 +52,27 @@ inline Film mirrored(Film film) {
     return film;
 }
 
-/// An estimator that is shown a film.
+/// A pipeline that is shown a film.
 class Viewer {
 public:
     explicit Viewer(const Film &seen, const EstimatorOptions &options = {}, int workers = 1)
-        : film_(seen), pool_(workers), estimator_(options, seen.camera, pool_) {}
+        : film_(seen), pool_(workers), pipeline_(pipeline_factory(options, pool_)(seen.camera)) {}
 
     const Estimate &track(int frame) {
         return track(film_.images[static_cast<std::size_t>(frame)]);
     }
-    const Estimate &track(const Luma &image) { return estimator_.track(image, t_ns_ += frame_ns); }
+    const Estimate &track(const Luma &image) { return pipeline_->track(image, t_ns_ += frame_ns); }
     const Estimate &measure(int frame) {
-        return estimator_.measure(film_.depth[static_cast<std::size_t>(frame)]);
+        return pipeline_->measure(film_.depth[static_cast<std::size_t>(frame)]);
     }
-    const Estimate &measure(const DepthMap &depth) { return estimator_.measure(depth); }
+    const Estimate &measure(const DepthMap &depth) { return pipeline_->measure(depth); }
 
     static constexpr std::int64_t frame_ns = 33'333'333;
 
 private:
     const Film &film_;
     WorkerPool pool_;
-    Estimator estimator_;
+    std::unique_ptr<Pipeline> pipeline_;
     std::int64_t t_ns_ = 0;
 };
 

@@ -2,16 +2,16 @@
 #pragma once
 
 #include "core/base/camera.hpp"
-#include "core/keyframe/self_calibration.hpp"
+#include "core/base/pyramid.hpp"
+#include "core/base/worker_pool.hpp"
 #include "core/keyframe/depth_composer.hpp"
 #include "core/keyframe/depth_refinement.hpp"
-#include "core/estimate.hpp"
 #include "core/keyframe/keyframe.hpp"
 #include "core/keyframe/keyframe_options.hpp"
 #include "core/keyframe/motion_mask.hpp"
 #include "core/keyframe/pose_tracker.hpp"
-#include "core/base/pyramid.hpp"
-#include "core/base/worker_pool.hpp"
+#include "core/keyframe/self_calibration.hpp"
+#include "core/pipeline.hpp"
 
 #include <cstdint>
 
@@ -20,14 +20,14 @@ namespace afterglow {
 /// Preset "default": each image is aligned directly with the image of a measured depth map, several
 /// measured maps are warped into it, and the error of the result is predicted (docs/estimation.md).
 ///
-/// The world's coordinates are those of the first measured frame. track() and measure() as
-/// Estimator's: they allocate nothing.
-class KeyframePipeline {
+/// The world's coordinates are those of the first measured frame. Real-time safe after
+/// construction.
+class KeyframePipeline final : public Pipeline {
 public:
     KeyframePipeline(const KeyframeOptions &options, const Intrinsics &camera, WorkerPool &pool);
 
-    const Estimate &track(LumaView luma, std::int64_t t_ns);
-    const Estimate &measure(DepthView depth);
+    const Estimate &track(LumaView luma, std::int64_t t_ns) override;
+    const Estimate &measure(DepthView depth) override;
 
 private:
     using Matrix6f = Eigen::Matrix<float, 6, 6>;

@@ -2,14 +2,13 @@
 #pragma once
 
 #include "core/base/camera.hpp"
-#include "core/estimate.hpp"
-#include "core/estimator_options.hpp"
 #include "core/base/image.hpp"
+#include "core/base/worker_pool.hpp"
 #include "core/paper/match.hpp"
 #include "core/paper/published_frame.hpp"
 #include "core/paper/ransac.hpp"
 #include "core/paper/reprojection.hpp"
-#include "core/base/worker_pool.hpp"
+#include "core/pipeline.hpp"
 
 #include <cstdint>
 #include <optional>
@@ -23,14 +22,12 @@ namespace afterglow {
 /// is reprojected.
 ///
 /// Its three stages are virtual: the systems that the paper is compared with differ from it in
-/// one of them each. As they are here, no call allocates. track() and measure() as Estimator's.
-class PaperPipeline {
+/// one of them each. As they are here, no call allocates.
+class PaperPipeline : public Pipeline {
 public:
     PaperPipeline(const EstimatorOptions &options, const Intrinsics &camera, WorkerPool &pool);
-    virtual ~PaperPipeline() = default;
-
-    const Estimate &track(LumaView luma, std::int64_t t_ns);
-    const Estimate &measure(DepthView depth);
+    const Estimate &track(LumaView luma, std::int64_t t_ns) override;
+    const Estimate &measure(DepthView depth) override;
 
 protected:
     /// Moves `to` of every match, which comes in equal to `from`, to where that point is in the

@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::int64_t usual_interval_ns = 33'333'333;
 
-class RecordedSequence : public Sequence {
+class RecordedSequence : public FrameSequence {
 public:
     RecordedSequence(Recording recording, bool loop) : recording_(std::move(recording)) {
         const auto &entries = recording_.entries;

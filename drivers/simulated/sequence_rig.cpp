@@ -18,7 +18,7 @@ namespace {
 /// The device behind the three faces.
 class Device {
 public:
-    Device(std::unique_ptr<Sequence> sequence, const Playback &playback,
+    Device(std::unique_ptr<FrameSequence> sequence, const Playback &playback,
            std::shared_ptr<Clock> clock)
         : sequence_(std::move(sequence)), playback_(playback), clock_(std::move(clock)) {}
 
@@ -114,7 +114,7 @@ private:
                 turn_.value_or(0) + static_cast<std::uint64_t>(playback_.wake_latency_frames);
     }
 
-    std::unique_ptr<Sequence> sequence_;
+    std::unique_ptr<FrameSequence> sequence_;
     Playback playback_;
     std::shared_ptr<Clock> clock_;
     bool color_running_ = false;
@@ -202,7 +202,7 @@ std::int64_t next_round_ns(std::int64_t now_ns, std::int64_t round_ns) {
     return ((now_ns + preparation_ns) / round_ns + 1) * round_ns;
 }
 
-Rig make_rig(std::unique_ptr<Sequence> sequence, const Playback &playback,
+Rig make_rig(std::unique_ptr<FrameSequence> sequence, const Playback &playback,
              std::shared_ptr<Clock> clock) {
     assert(playback.wake_latency_frames >= 0 && playback.frames >= 0);
     auto device = std::make_shared<Device>(std::move(sequence), playback, std::move(clock));

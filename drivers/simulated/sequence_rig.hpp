@@ -12,9 +12,9 @@
 namespace afterglow {
 
 /// Images and their depth maps that exist before anybody captures them: recorded, or computed.
-class Sequence {
+class FrameSequence {
 public:
-    virtual ~Sequence() = default;
+    virtual ~FrameSequence() = default;
     virtual const Intrinsics &intrinsics() const = 0;
     /// When image k was taken, on any clock; rises with k. Nothing if there is no image k.
     virtual std::optional<std::int64_t> time_ns(std::uint64_t k) const = 0;
@@ -63,7 +63,7 @@ std::int64_t next_round_ns(std::int64_t now_ns, std::int64_t round_ns);
 /// gives a depth map in the turn of image k + wake_latency_frames and of each later one, until it
 /// goes off. One map an image, with the image's time and sequence, never waited for. In the dark
 /// no depth is read from the sequence.
-Rig make_rig(std::unique_ptr<Sequence> sequence, const Playback &playback,
+Rig make_rig(std::unique_ptr<FrameSequence> sequence, const Playback &playback,
              std::shared_ptr<Clock> clock = std::make_shared<MonotonicClock>());
 
 } // namespace afterglow

@@ -12,7 +12,7 @@ namespace {
 
 /// The causal variant of Wang 2010 that Noraky & Sze 2019 calls Copy (Section VI-C1): every pixel
 /// takes the previous map's depth from where dense flow (Farneback 2003) says it came from.
-class FlowCopy final : public DepthSystem {
+class FlowCopy final : public Pipeline {
 public:
     explicit FlowCopy(const Intrinsics &camera)
         : frame_(camera), previous_depth_(camera.width, camera.height) {}
@@ -59,8 +59,7 @@ private:
 
 } // namespace
 
-std::unique_ptr<DepthSystem> make_flow_copy(const EstimatorOptions &, const Intrinsics &camera,
-                                            WorkerPool &) {
+std::unique_ptr<Pipeline> make_flow_copy(const SystemInputs &, const Intrinsics &camera) {
     return std::make_unique<FlowCopy>(camera);
 }
 

@@ -19,9 +19,8 @@ private:
 
 } // namespace
 
-std::unique_ptr<DepthSystem> make_lucas_kanade(const EstimatorOptions &options,
-                                               const Intrinsics &camera, WorkerPool &pool) {
-    return std::make_unique<AsDepthSystem<LucasKanade>>(options, camera, pool);
+std::unique_ptr<Pipeline> make_lucas_kanade(const SystemInputs &inputs, const Intrinsics &camera) {
+    return std::make_unique<LucasKanade>(inputs.options, camera, inputs.pool);
 }
 
 } // namespace afterglow

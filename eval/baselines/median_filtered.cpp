@@ -24,9 +24,9 @@ private:
 
 } // namespace
 
-std::unique_ptr<DepthSystem> make_median_filtered(const EstimatorOptions &options,
-                                                  const Intrinsics &camera, WorkerPool &pool) {
-    return std::make_unique<AsDepthSystem<MedianFiltered>>(options, camera, pool);
+std::unique_ptr<Pipeline> make_median_filtered(const SystemInputs &inputs,
+                                               const Intrinsics &camera) {
+    return std::make_unique<MedianFiltered>(inputs.options, camera, inputs.pool);
 }
 
 } // namespace afterglow

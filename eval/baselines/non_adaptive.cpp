@@ -23,9 +23,8 @@ private:
 
 } // namespace
 
-std::unique_ptr<DepthSystem> make_non_adaptive(const EstimatorOptions &options,
-                                               const Intrinsics &camera, WorkerPool &pool) {
-    return std::make_unique<AsDepthSystem<NonAdaptive>>(options, camera, pool);
+std::unique_ptr<Pipeline> make_non_adaptive(const SystemInputs &inputs, const Intrinsics &camera) {
+    return std::make_unique<NonAdaptive>(inputs.options, camera, inputs.pool);
 }
 
 } // namespace afterglow

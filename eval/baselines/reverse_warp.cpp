@@ -71,9 +71,8 @@ private:
 
 } // namespace
 
-std::unique_ptr<DepthSystem> make_reverse_warp(const EstimatorOptions &options,
-                                               const Intrinsics &camera, WorkerPool &pool) {
-    return std::make_unique<AsDepthSystem<ReverseWarp>>(options, camera, pool);
+std::unique_ptr<Pipeline> make_reverse_warp(const SystemInputs &inputs, const Intrinsics &camera) {
+    return std::make_unique<ReverseWarp>(inputs.options, camera, inputs.pool);
 }
 
 } // namespace afterglow

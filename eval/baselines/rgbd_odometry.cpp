@@ -60,7 +60,7 @@ Pose as_pose(const cv::Mat_<double> &transform) {
 /// The odometry wants depth for both images, and there is none for the new one. It gets the map
 /// reprojected to the pose before, as the source. The measured map is the destination: its pixels
 /// are the ones that are followed, so that what is found does not rest on a reprojected depth.
-class RgbdOdometry final : public DepthSystem {
+class RgbdOdometry final : public Pipeline {
 public:
     RgbdOdometry(const Intrinsics &camera, WorkerPool &pool)
         : odometry_(cv::rgbd::RgbdOdometry::create(cv::Mat(as_matrix(camera)))),
@@ -116,9 +116,8 @@ private:
 
 } // namespace
 
-std::unique_ptr<DepthSystem> make_rgbd_odometry(const EstimatorOptions &, const Intrinsics &camera,
-                                                WorkerPool &pool) {
-    return std::make_unique<RgbdOdometry>(camera, pool);
+std::unique_ptr<Pipeline> make_rgbd_odometry(const SystemInputs &inputs, const Intrinsics &camera) {
+    return std::make_unique<RgbdOdometry>(camera, inputs.pool);
 }
 
 } // namespace afterglow

@@ -10,21 +10,16 @@
 namespace afterglow {
 namespace {
 
-/// Structure from motion of each image and the one before (Noraky & Sze 2019, Section VI-C2): depth at
-/// the keypoints that both see, in the unknown unit of the way between them, scaled to the truth.
-/// Needs no TOF camera, and never asks for one.
-class StructureFromMotion final : public DepthSystem {
+/// Structure from motion of each image and the one before (Noraky & Sze 2019, Section VI-C2): depth
+/// at the keypoints that both see, in the unknown unit of the way between them, scaled to the
+/// truth. Needs no TOF camera, and never asks for one.
+class StructureFromMotion final : public Pipeline {
 public:
     using Finder = Keypoints(LumaView);
 
-    StructureFromMotion(const Intrinsics &camera, Finder *find_keypoints)
-        : camera_(camera), find_keypoints_(find_keypoints), frame_(camera),
-          truth_(camera.width, camera.height) {}
-
-    void show_truth(DepthView truth) override {
-        for (int v = 0; v < truth.height(); ++v)
-            std::copy_n(truth.row(v), truth.width(), truth_.row(v));
-    }
+    StructureFromMotion(const Intrinsics &camera, Finder *find_keypoints, TruthAt truth)
+        : camera_(camera), find_keypoints_(find_keypoints), truth_at_(std::move(truth)),
+          frame_(camera) {}
 
     const Estimate &track(LumaView luma, std::int64_t t_ns) override {
         frame_.begin(t_ns);
@@ -32,7 +27,8 @@ public:
         const auto pairs = match_keypoints(previous_, keypoints);
         previous_ = std::move(keypoints);
         const auto points = triangulate(pairs, camera_);
-        const auto scale = fit_scale(points, truth_);
+        const auto truth = truth_at_(t_ns);
+        const auto scale = truth ? fit_scale(points, *truth) : std::nullopt;
         if (scale)
             draw(points, *scale);
         scale ? frame_.give_estimated(255) : frame_.give_nothing();
@@ -66,26 +62,23 @@ private:
 
     Intrinsics camera_;
     Finder *find_keypoints_;
+    TruthAt truth_at_;
     PublishedFrame frame_;
-    DepthMap truth_;
     Keypoints previous_;
 };
 
 } // namespace
 
-std::unique_ptr<DepthSystem> make_sfm_sift(const EstimatorOptions &, const Intrinsics &camera,
-                                           WorkerPool &) {
-    return std::make_unique<StructureFromMotion>(camera, find_sift_keypoints);
+std::unique_ptr<Pipeline> make_sfm_sift(const SystemInputs &inputs, const Intrinsics &camera) {
+    return std::make_unique<StructureFromMotion>(camera, find_sift_keypoints, inputs.truth);
 }
 
-std::unique_ptr<DepthSystem> make_sfm_surf(const EstimatorOptions &, const Intrinsics &camera,
-                                           WorkerPool &) {
-    return std::make_unique<StructureFromMotion>(camera, find_surf_keypoints);
+std::unique_ptr<Pipeline> make_sfm_surf(const SystemInputs &inputs, const Intrinsics &camera) {
+    return std::make_unique<StructureFromMotion>(camera, find_surf_keypoints, inputs.truth);
 }
 
-std::unique_ptr<DepthSystem> make_sfm_orb(const EstimatorOptions &, const Intrinsics &camera,
-                                          WorkerPool &) {
-    return std::make_unique<StructureFromMotion>(camera, find_orb_keypoints);
+std::unique_ptr<Pipeline> make_sfm_orb(const SystemInputs &inputs, const Intrinsics &camera) {
+    return std::make_unique<StructureFromMotion>(camera, find_orb_keypoints, inputs.truth);
 }
 
 } // namespace afterglow

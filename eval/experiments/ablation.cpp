@@ -3,7 +3,7 @@
 
 #include "eval/ablate.hpp"
 #include "eval/experiments/jobs.hpp"
-#include "eval/experiments/play.hpp"
+#include "eval/experiments/run_system.hpp"
 
 #include <cassert>
 #include <optional>
@@ -26,10 +26,10 @@ std::vector<Ablation> ablate_sequence(const Sequence &sequence, int workers, Wat
     run_jobs(variants.size(), workers, [&](std::size_t i) {
         WorkerPool alone(1);
         const Tuned made = tuned(variants[i]);
-        if (const auto played = play(sequence, system, made, alone, watch))
-            done[i] = {
-                std::string(variants[i].name), std::string(variants[i].shows),
-                summarize(*played, sequence.name, std::string(system.name), made.gate.target_mre)};
+        if (const auto evaluation = run_system(sequence, system, made, alone, watch))
+            done[i] = {std::string(variants[i].name), std::string(variants[i].shows),
+                       summarize(*evaluation, sequence.name, std::string(system.name),
+                                 made.gate.target_mre)};
     });
     std::vector<Ablation> all;
     for (auto &ablation : done) {

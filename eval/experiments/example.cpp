@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "eval/experiments/example.hpp"
 
-#include "eval/experiments/play.hpp"
 #include "eval/experiments/png_data.hpp"
+#include "eval/experiments/run_system.hpp"
 #include "eval/experiments/tradeoff.hpp"
 #include "tools/picture/depth_colors.hpp"
 #include "tools/picture/error_colors.hpp"
@@ -45,11 +45,11 @@ std::vector<Picture> example(const Sequence &sequence, std::span<const Score> sc
         const SystemDescription &system = *find_system(name);
         const Tuned made = tuned(system, score->setting);
         if (!chosen) {
-            const auto played = play(sequence, system, made, pool, watch);
-            if (!played)
+            const auto evaluation = run_system(sequence, system, made, pool, watch);
+            if (!evaluation)
                 return {};
             const auto oldest =
-                std::ranges::max_element(played->frames, {}, &FrameScore::age_frames);
+                std::ranges::max_element(evaluation->frames, {}, &FrameScore::age_frames);
             chosen = static_cast<std::size_t>(oldest->index);
         }
         const Sequence::Frame &frame = sequence.frames[*chosen];
@@ -62,19 +62,19 @@ std::vector<Picture> example(const Sequence &sequence, std::span<const Score> sc
                            png_data(color_depth(frame.true_depth(), range))});
         }
         std::string depth, error;
-        const auto played = play(
+        const auto evaluation = run_system(
             sequence, system, made, pool, watch, [&](std::size_t index, const Estimate &estimate) {
                 if (index != *chosen)
                     return;
                 depth = png_data(color_depth(estimate.depth, range));
                 error = png_data(color_error(estimate.depth, frame.true_depth()));
             });
-        if (!played)
+        if (!evaluation)
             return {};
         const std::string title = title_of(name);
         row.push_back({sequence.name, title, std::move(depth)});
         row.push_back({sequence.name,
-                       fmt::format("its error: {}", caption(played->frames[*chosen])),
+                       fmt::format("its error: {}", caption(evaluation->frames[*chosen])),
                        std::move(error)});
     }
     return row;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "eval/experiments/infill.hpp"
 
-#include "eval/scoring/metrics.hpp"
-#include "eval/experiments/play.hpp"
 #include "eval/experiments/png_data.hpp"
+#include "eval/experiments/run_system.hpp"
+#include "eval/scoring/metrics.hpp"
 #include "tools/picture/depth_colors.hpp"
 
 #include <fmt/format.h>
@@ -61,7 +61,7 @@ DepthMap merged(DepthView measured, DepthView removed, DepthView filled) {
 
 /// Shows a system all frames of a window but the last, of which it measures the first alone; and
 /// then the last image. `work`: of each frame.
-const Estimate &follow(DepthSystem &system, const Sequence &sequence, std::size_t first, int work,
+const Estimate &follow(Pipeline &system, const Sequence &sequence, std::size_t first, int work,
                        Watch &watch) {
     for (std::size_t k = first; k < first + gap; ++k) {
         const Sequence::Frame &frame = sequence.frames[k];
@@ -86,15 +86,16 @@ struct Trial {
 /// estimate. afterglow publishes such pixels with the measured ones.
 Trial try_infill(const Sequence &sequence, const SystemDescription &description, bool furthest,
                  std::size_t first, WorkerPool &pool, Watch &watch) {
-    const Player player(description, tuned(description, own_setting(description)), sequence.camera,
-                        pool);
-    const Estimate &estimate = follow(*player.system, sequence, first, work_of(description), watch);
+    const Tuned own = tuned(description, own_setting(description));
+    const auto pipeline = system_factory(
+        description, {.options = own.estimator, .pool = pool, .truth = {}})(sequence.camera);
+    const Estimate &estimate = follow(*pipeline, sequence, first, work_of(description), watch);
     Trial trial;
     DepthMap removed;
     trial.left = take_away(sequence.frames[first + gap].measured, furthest, removed);
     trial.overlap = compare_depth(estimate.depth, trial.left);
     trial.given = description.name == "default"
-                      ? merged(trial.left, removed, player.system->measure(trial.left).depth)
+                      ? merged(trial.left, removed, pipeline->measure(trial.left).depth)
                       : merged(trial.left, removed, estimate.depth);
     trial.filled = compare_depth(trial.given, removed);
     return trial;

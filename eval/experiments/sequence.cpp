@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "eval/experiments/sequence.hpp"
 
+#include "drivers/simulated/sequence_rig.hpp"
 #include "drivers/simulated/synthetic/truth.hpp"
 #include "eval/datasets/dataset.hpp"
 #include "eval/scoring/footage.hpp"
@@ -9,6 +10,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <iterator>
 #include <string_view>
@@ -127,7 +129,62 @@ Result<Sequence> load_recording(const std::string &folder, int frames, Watch &wa
     return sequence;
 }
 
+class FramesInMemory final : public FrameSequence {
+public:
+    FramesInMemory(const Sequence &sequence, double repeated_fps)
+        : sequence_(sequence), repeated_fps_(repeated_fps) {}
+    const Intrinsics &intrinsics() const override { return sequence_.camera; }
+    std::optional<std::int64_t> time_ns(std::uint64_t k) const override {
+        if (repeated_fps_ > 0)
+            return static_cast<std::int64_t>(1e9 / repeated_fps_ * static_cast<double>(k + 1));
+        if (k >= sequence_.frames.size())
+            return std::nullopt;
+        return sequence_.frames[k].t_ns;
+    }
+    Status read_luma(std::uint64_t k, ImageView<std::uint8_t> luma) override {
+        return copy(frame(k).luma, luma);
+    }
+    Status read_depth(std::uint64_t k, ImageView<std::uint16_t> depth) override {
+        return copy(frame(k).measured, depth);
+    }
+
+private:
+    const Sequence::Frame &frame(std::uint64_t k) const {
+        return sequence_.frames[k % sequence_.frames.size()];
+    }
+    template <class Pixel>
+    static Status copy(const Image<Pixel> &from, ImageView<Pixel> to) {
+        for (int v = 0; v < from.height(); ++v)
+            std::copy_n(from.row(v), from.width(), to.row(v));
+        return ok();
+    }
+
+    const Sequence &sequence_;
+    double repeated_fps_;
+};
+
 } // namespace
+
+Footage footage_of(const Sequence &sequence, double repeated_fps) {
+    const auto &frames = sequence.frames;
+    return {.name = sequence.name,
+            .layout = sequence.layout,
+            .rig = make_rig(std::make_unique<FramesInMemory>(sequence, repeated_fps),
+                            {.real_time = false}),
+            .frames = static_cast<int>(frames.size()),
+            .problem = {},
+            .assumed = {},
+            .truth = [&frames](std::uint64_t k) -> Result<DepthMap> {
+                return frames[k % frames.size()].true_depth();
+            },
+            .sequence_at = [&frames, repeated_fps](std::int64_t t_ns) -> std::uint64_t {
+                if (repeated_fps > 0)
+                    return static_cast<std::uint64_t>(
+                        std::llround(1e-9 * repeated_fps * static_cast<double>(t_ns)) - 1);
+                const auto at = std::ranges::lower_bound(frames, t_ns, {}, &Sequence::Frame::t_ns);
+                return static_cast<std::uint64_t>(at - frames.begin());
+            }};
+}
 
 Result<Sequence> load_sequence(const std::string &source, int frames, Watch &watch) {
     const auto *filming = std::ranges::find(filmings, source, source_of);

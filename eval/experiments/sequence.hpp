@@ -5,6 +5,7 @@
 #include "core/base/image.hpp"
 #include "core/base/result.hpp"
 #include "eval/experiments/watch.hpp"
+#include "eval/scoring/footage.hpp"
 
 #include <cstdint>
 #include <string>
@@ -28,6 +29,10 @@ struct Sequence {
     Intrinsics camera;
     std::vector<Frame> frames; ///< at least one
 };
+
+/// The sequence as a rig, as fast as its frames are read, and its truth. With `repeated_fps` it
+/// begins again and again, with times that go on at that rate. `sequence` must outlive it.
+Footage footage_of(const Sequence &sequence, double repeated_fps = 0);
 
 /// The first `frames` good frames of a dataset in any layout (0: all), or of the synthetic room
 /// where `source` is "synthetic". "synthetic:nyu-v2", and so for the paper's other datasets that

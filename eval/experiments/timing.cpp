@@ -4,12 +4,13 @@
 #include "core/paper/grid_flow.hpp"
 #include "core/paper/ransac.hpp"
 #include "core/paper/reprojection.hpp"
-#include "eval/experiments/play.hpp"
 #include "eval/baselines/table_1.hpp"
+#include "eval/experiments/run_system.hpp"
 
 #include <algorithm>
 #include <cassert>
 #include <chrono>
+#include <memory>
 #include <opencv2/core/utility.hpp>
 
 namespace afterglow {
@@ -35,6 +36,42 @@ public:
 private:
     const std::vector<Sequence::Frame> &frames_;
     std::size_t at_ = 0;
+};
+
+/// A system in a frame loop of its own, which is shown a sequence again and again.
+class RepeatedRun {
+public:
+    RepeatedRun(const Sequence &sequence, const SystemDescription &system, WorkerPool &pool)
+        : RepeatedRun(footage_of(sequence, repeated_fps), system,
+                      tuned(system, own_setting(system)), pool) {}
+
+    /// The time that the next frame's estimate takes; negative where the frame was measured, or no
+    /// depth could be given by a system that measures.
+    double estimation_ms() {
+        const FrameResult frame = loop_.step(std::chrono::seconds(1));
+        const bool sparse = sparse_ && frame.sequence > 0;
+        if (frame.estimate.source != FrameSource::estimated && !sparse)
+            return -1;
+        return std::chrono::duration<double, std::milli>(frame.estimation_time).count();
+    }
+
+private:
+    static constexpr double repeated_fps = 30;
+
+    RepeatedRun(Footage footage, const SystemDescription &system, const Tuned &own,
+                WorkerPool &pool)
+        : footage_(std::move(footage)), sparse_(!system.dense),
+          loop_(footage_.rig,
+                system_factory(
+                    system, {.options = own.estimator, .pool = pool, .truth = footage_.truth_at()}),
+                own.gate) {
+        [[maybe_unused]] const Status started = loop_.start();
+        assert(started); // frames in memory are always there
+    }
+
+    Footage footage_;
+    bool sparse_;
+    FrameLoop loop_;
 };
 
 bool is_timed(const SystemDescription &system, bool baselines) {
@@ -111,38 +148,32 @@ double stages_work() {
 
 double systems_work(bool baselines) {
     double work = 0;
-    for (const SystemDescription &system : lineup())
+    for (const SystemDescription &system : systems())
         if (is_timed(system, baselines))
             work += work_of(system);
     return least_rounds * work;
 }
 
-std::vector<Timing> time_systems(const Sequence &sequence, bool baselines, int workers, Watch &watch) {
+std::vector<Timing> time_systems(const Sequence &sequence, bool baselines, int workers,
+                                 Watch &watch) {
     constexpr int most_rounds = 4 * least_rounds;
     WorkerPool pool(workers);
     std::vector<std::string> names;
-    std::vector<Player> players;
-    for (const SystemDescription &system : lineup()) {
+    std::vector<std::unique_ptr<RepeatedRun>> runs;
+    for (const SystemDescription &system : systems()) {
         if (!is_timed(system, baselines))
             continue;
         names.emplace_back(system.name);
-        players.emplace_back(system, tuned(system, own_setting(system)), sequence.camera, pool);
+        runs.push_back(std::make_unique<RepeatedRun>(sequence, system, pool));
     }
     Stopwatches watches(names, "paper");
     const double work = systems_work(baselines) / least_rounds;
-    std::vector<double> ms(players.size());
-    std::int64_t t_ns = 0; // the sequence is shown again and again: its own times would go back
+    std::vector<double> ms(runs.size());
     for (int round = 0; round < most_rounds && watches.rounds() < least_rounds; ++round) {
-        Sequence::Frame frame =
-            sequence.frames[static_cast<std::size_t>(round) % sequence.frames.size()];
-        frame.t_ns = t_ns += 33'333'333;
-        for (std::size_t i = 0; i < players.size(); ++i) {
+        for (std::size_t i = 0; i < runs.size(); ++i) {
             if (Watch::stopped())
                 return watches.timings();
-            const Estimate &estimate = players[i].step(frame, ms[i]);
-            const bool sparse = players[i].sees_truth && round > 0;
-            if (estimate.source != FrameSource::estimated && !sparse)
-                ms[i] = -1;
+            ms[i] = runs[i]->estimation_ms();
         }
         watches.add_round(ms);
         watch.tick(work);

@@ -2,8 +2,8 @@
 #include "eval/experiments/tradeoff.hpp"
 
 #include "eval/experiments/jobs.hpp"
+#include "eval/experiments/run_system.hpp"
 #include "eval/report/paper_figures.hpp"
-#include "eval/experiments/play.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -15,7 +15,7 @@
 namespace afterglow {
 namespace {
 
-struct Game {
+struct Run {
     const SystemDescription *system;
     Setting setting;
     std::optional<Score> score{};
@@ -44,40 +44,40 @@ std::vector<double> knob_values(const SystemDescription &system) {
     return thresholds;
 }
 
-/// A game for each value, each once.
-void add(std::vector<Game> &games, const SystemDescription &system, const std::string &knob,
+/// A run for each value, each once.
+void add(std::vector<Run> &runs, const SystemDescription &system, const std::string &knob,
          std::vector<double> values) {
     std::ranges::sort(values);
     values.erase(std::unique(values.begin(), values.end()), values.end());
     for (const double value : values)
-        games.push_back({&system, {knob, value}});
+        runs.push_back({&system, {knob, value}});
 }
 
 /// Those that decide themselves when to measure, and those that never do.
-std::vector<Game> first_games(Sweep how) {
-    std::vector<Game> games;
-    for (const SystemDescription &system : lineup()) {
+std::vector<Run> first_runs(Sweep how) {
+    std::vector<Run> runs;
+    for (const SystemDescription &system : systems()) {
         if (how == Sweep::adaptive && system.name != "paper" && system.name != "default")
             continue;
         if (system.lighting == Lighting::never)
-            games.push_back({&system, {}});
+            runs.push_back({&system, {}});
         if (system.lighting != Lighting::adaptive)
             continue;
         const Setting own = own_setting(system);
         std::vector<double> values = knob_values(system);
         values.push_back(own.value);
-        add(games, system, own.name, std::move(values));
+        add(runs, system, own.name, std::move(values));
     }
     // The longest first, so that the threads end together.
-    std::ranges::stable_sort(games, std::greater{},
-                             [](const Game &game) { return work_of(*game.system); });
-    return games;
+    std::ranges::stable_sort(runs, std::greater{},
+                             [](const Run &run) { return work_of(*run.system); });
+    return runs;
 }
 
 /// Those with a fixed interval, among them the one that gives `duty_cycle`, percent.
-std::vector<Game> second_games(Sweep how, double duty_cycle) {
-    std::vector<Game> games;
-    for (const SystemDescription &system : lineup()) {
+std::vector<Run> second_runs(Sweep how, double duty_cycle) {
+    std::vector<Run> runs;
+    for (const SystemDescription &system : systems()) {
         if (how == Sweep::adaptive || system.lighting != Lighting::interval)
             continue;
         std::vector<double> values;
@@ -85,24 +85,25 @@ std::vector<Game> second_games(Sweep how, double duty_cycle) {
             values = knob_values(system);
         if (duty_cycle > 0)
             values.push_back(std::max(2.0, std::round(100 / duty_cycle)));
-        add(games, system, "interval", std::move(values));
+        add(runs, system, "interval", std::move(values));
     }
-    return games;
+    return runs;
 }
 
-Score score_of(const Evaluation &played, const Game &game, const Sequence &sequence) {
-    const double target = game.setting.name == "target" ? game.setting.value : paper::aimed_mre;
-    return {game.setting, summarize(played, sequence.name, std::string(game.system->name), target),
+Score score_of(const Evaluation &evaluation, const Run &run, const Sequence &sequence) {
+    const double target = run.setting.name == "target" ? run.setting.value : paper::aimed_mre;
+    return {run.setting,
+            summarize(evaluation, sequence.name, std::string(run.system->name), target),
             sequence.layout};
 }
 
-void play_all(std::vector<Game> &games, const Sequence &sequence, int workers, Watch &watch) {
-    run_jobs(games.size(), workers, [&](std::size_t i) {
-        Game &game = games[i];
+void run_all(std::vector<Run> &runs, const Sequence &sequence, int workers, Watch &watch) {
+    run_jobs(runs.size(), workers, [&](std::size_t i) {
+        Run &run = runs[i];
         WorkerPool alone(1);
-        const Tuned made = tuned(*game.system, game.setting);
-        if (const auto played = play(sequence, *game.system, made, alone, watch))
-            game.score = score_of(*played, game, sequence);
+        const Tuned made = tuned(*run.system, run.setting);
+        if (const auto evaluation = run_system(sequence, *run.system, made, alone, watch))
+            run.score = score_of(*evaluation, run, sequence);
     });
 }
 
@@ -111,24 +112,24 @@ void play_all(std::vector<Game> &games, const Sequence &sequence, int workers, W
 void sweep(const Sequence &sequence, Sweep how, int workers, Watch &watch,
            const std::function<void(Score)> &on_score) {
     std::vector<Score> scores;
-    const auto run = [&](std::vector<Game> games) {
-        play_all(games, sequence, workers, watch);
-        for (Game &game : games) {
-            if (!game.score)
+    const auto score = [&](std::vector<Run> runs) {
+        run_all(runs, sequence, workers, watch);
+        for (Run &run : runs) {
+            if (!run.score)
                 continue;
-            scores.push_back(*game.score);
-            on_score(*std::move(game.score));
+            scores.push_back(*run.score);
+            on_score(*std::move(run.score));
         }
     };
-    run(first_games(how));
-    run(second_games(how, compared_duty_cycle(scores, sequence.name)));
+    score(first_runs(how));
+    score(second_runs(how, compared_duty_cycle(scores, sequence.name)));
 }
 
 double sweep_work(Sweep how) {
     double work = 0;
-    for (const auto &games : {first_games(how), second_games(how, 50)})
-        for (const Game &game : games)
-            work += work_of(*game.system);
+    for (const auto &runs : {first_runs(how), second_runs(how, 50)})
+        for (const Run &run : runs)
+            work += work_of(*run.system);
     return work;
 }
 

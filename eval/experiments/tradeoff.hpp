@@ -19,11 +19,11 @@ enum class Sweep : std::uint8_t {
     full,     ///< and the others at several
 };
 
-/// Every system of lineup() on one sequence: those that light the camera when they want with
+/// Every system of systems() on one sequence: those that light the camera when they want with
 /// several settings; then those with a fixed interval at the duty cycle that the reference has come
 /// to, and for a full sweep at others; those without a TOF camera once.
 ///
-/// Each game is one thread's, `workers` at a time. `on_score` is called as scores come, by one
+/// Each run is one thread's, `workers` at a time. `on_score` is called as scores come, by one
 /// thread at a time, in an order that does not depend on the threads.
 void sweep(const Sequence &sequence, Sweep how, int workers, Watch &watch,
            const std::function<void(Score)> &on_score);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "eval/experiments/run_system.hpp"
 #include "eval/report/paper_figures.hpp"
-#include "eval/experiments/play.hpp"
 #include "eval/report/table_makers.hpp"
 
 #include <fmt/format.h>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "eval/experiments/run_system.hpp"
+#include "eval/experiments/tradeoff.hpp"
 #include "eval/report/paper_figures.hpp"
-#include "eval/experiments/play.hpp"
 #include "eval/report/plot.hpp"
 #include "eval/report/table_makers.hpp"
-#include "eval/experiments/tradeoff.hpp"
 
 #include <fmt/format.h>
 
@@ -15,9 +15,9 @@ namespace {
 constexpr int paper_color = plot_colors - 1;
 constexpr int alone_color = plot_colors - 2; // of the TOF camera
 
-/// The place in lineup(), so that a system has one colour everywhere.
+/// The place in systems(), so that a system has one colour everywhere.
 int color_of(std::string_view system) {
-    const auto all = lineup();
+    const auto all = systems();
     const auto found = std::ranges::find(all, system, &SystemDescription::name);
     return static_cast<int>(found - all.begin()) % alone_color;
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "ipc/power_model.hpp"
 #include "eval/experiments/results.hpp"
 #include "eval/report/table.hpp"
+#include "ipc/power_model.hpp"
 
 #include <optional>
 #include <span>
@@ -41,7 +41,7 @@ struct ScoredDataset {
 };
 /// Those of the paper's families first, in its order.
 std::vector<ScoredDataset> datasets_of(std::span<const Score> scores);
-/// In the order of lineup(), then others.
+/// In the order of systems(), then others.
 std::vector<std::string> systems_of(std::span<const Score> scores);
 
 std::optional<double> mean(const std::vector<double> &values);

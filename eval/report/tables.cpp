@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "eval/scoring/footage.hpp"
+#include "eval/experiments/run_system.hpp"
 #include "eval/report/paper_figures.hpp"
-#include "eval/experiments/play.hpp"
 #include "eval/report/table_makers.hpp"
+#include "eval/scoring/footage.hpp"
 
 #include <fmt/format.h>
 
@@ -62,7 +62,7 @@ std::vector<ScoredDataset> datasets_of(std::span<const Score> scores) {
 
 std::vector<std::string> systems_of(std::span<const Score> scores) {
     std::vector<std::string> names;
-    for (const SystemDescription &system : lineup())
+    for (const SystemDescription &system : systems())
         if (std::ranges::any_of(scores,
                                 [&](const Score &s) { return s.summary.preset == system.name; }))
             names.emplace_back(system.name);

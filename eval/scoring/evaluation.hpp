@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/estimate.hpp"
-#include "core/estimator_options.hpp"
-#include "core/gate.hpp"
+#include "capture/frame_loop.hpp"
 #include "core/base/result.hpp"
+#include "core/estimate.hpp"
+#include "core/gate.hpp"
 #include "eval/scoring/footage.hpp"
 
 #include <cstdint>
@@ -36,23 +36,23 @@ struct Evaluation {
     std::string problem; ///< the sentence behind the first of either; empty without
 };
 
-struct EvaluationOptions {
-    EstimatorOptions estimator;
-    GatePolicy gate;
-    bool oracle = false; ///< the pose is refined on the true depth (oracle.hpp)
-    int workers = 2;
-    /// Called with each published frame's number among the footage's and its depth map.
-    std::function<Status(std::uint64_t index, DepthView depth)> publish;
-    std::function<void(int done)> progress; ///< called after each frame
+/// What the caller of evaluate() may want to know while it runs.
+struct EvaluationHooks {
+    /// Called with each published frame's number, from 0, and its estimate.
+    std::function<Status(std::uint64_t index, const Estimate &estimate)> publish{};
+    /// Called after each frame with their count so far; false ends the evaluation there.
+    std::function<bool(int done)> progress{};
 };
 
-/// What an estimate says of itself; compare() adds how true that is.
-FrameScore describe(const Estimate &estimate, std::uint64_t index, std::int64_t t_ns, double ms);
+/// What the frame loop says of a published frame; compare() adds how true that is.
+FrameScore describe(const FrameResult &frame, std::uint64_t index);
 
-/// Fills in the score of a published depth map against the truth.
+/// Adds the errors of a published depth map against the true one.
 void compare(FrameScore &score, DepthView depth, DepthView truth);
 
-/// Takes all footage the way of a frame, with the daemon's own loop, and scores what it publishes.
-Result<Evaluation> evaluate(Footage &footage, const EvaluationOptions &options);
+/// Takes all footage through the daemon's own frame loop, with the pipeline that `make` makes and a
+/// gate of that policy, and scores what it publishes.
+Result<Evaluation> evaluate(Footage &footage, PipelineFactory make, const GatePolicy &gate,
+                            const EvaluationHooks &hooks = {});
 
 } // namespace afterglow

@@ -9,6 +9,7 @@
 #include "eval/import.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <utility>
 
@@ -46,9 +47,15 @@ Result<Footage> open_recorded_footage(const std::string &source, const RecordedO
         .problem = imported.skipped > 0 ? imported.skipped_reason : recording->skipped_reason,
         .assumed = imported.assumed,
         .truth = {},
+        .sequence_at = {},
     };
     auto recorded =
         std::make_shared<const Recorded>(Recorded{*std::move(prepared), *std::move(recording)});
+    footage.sequence_at = [recorded](std::int64_t t_ns) {
+        const auto &entries = recorded->recording.entries;
+        const auto at = std::ranges::lower_bound(entries, t_ns, {}, &Recording::Entry::t_color_ns);
+        return static_cast<std::uint64_t>(at - entries.begin());
+    };
     footage.truth = [recorded](std::uint64_t sequence) -> Result<DepthMap> {
         const Intrinsics &camera = recorded->recording.camera;
         DepthMap depth(camera.width, camera.height);
@@ -76,6 +83,11 @@ Result<Footage> open_synthetic_footage(SyntheticOptions options) {
         .truth = [truth](std::uint64_t sequence) -> Result<DepthMap> {
             return truth->depth(sequence);
         },
+        .sequence_at =
+            [fps = options.fps](std::int64_t t_ns) {
+                return static_cast<std::uint64_t>(
+                    std::llround(1e-9 * fps * static_cast<double>(t_ns)));
+            },
     };
 }
 

@@ -3,8 +3,8 @@
 
 #include "core/base/image.hpp"
 #include "core/base/result.hpp"
-#include "drivers/source.hpp"
 #include "drivers/simulated/synthetic/synthetic.hpp"
+#include "drivers/source.hpp"
 
 #include <cstdint>
 #include <functional>
@@ -15,6 +15,9 @@ namespace afterglow {
 /// What stands for the synthetic room where a folder could stand.
 inline constexpr const char *synthetic_name = "synthetic";
 
+/// The true depth map of an image, millimetres; an error where it cannot be read.
+using TruthAt = std::function<Result<DepthMap>(std::int64_t t_ns)>;
+
 /// Frames to evaluate on: the rig that gives them, and what they really show.
 struct Footage {
     std::string name;
@@ -24,9 +27,14 @@ struct Footage {
     int left_out = 0;    ///< frames of the recording that cannot be used
     std::string problem; ///< the sentence behind the first of those
     std::string assumed; ///< a sentence on what the recording does not say; or empty
-    /// The true depth map of the image with that ColorFrame::sequence. Asked for only after the
-    /// frame has been estimated, but by the oracle.
+    /// By ColorFrame::sequence.
     std::function<Result<DepthMap>(std::uint64_t sequence)> truth;
+    /// ColorFrame::sequence of the image with that ColorFrame::t_ns.
+    std::function<std::uint64_t(std::int64_t t_ns)> sequence_at;
+    /// By ColorFrame::t_ns, for pipelines that see the truth.
+    TruthAt truth_at() const {
+        return [truth = truth, at = sequence_at](std::int64_t t_ns) { return truth(at(t_ns)); };
+    }
 };
 
 struct RecordedOptions {

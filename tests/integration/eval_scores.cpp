@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "eval/scoring/metrics.hpp"
-#include "core/base/worker_pool.hpp"
 #include "capture/frame_loop.hpp"
+#include "core/base/worker_pool.hpp"
 #include "drivers/files/image_file.hpp"
 #include "drivers/files/recording.hpp"
-#include "drivers/simulated/replay.hpp"
 #include "drivers/files/write_recording.hpp"
+#include "drivers/simulated/replay.hpp"
 #include "drivers/simulated/synthetic/synthetic.hpp"
+#include "eval/scoring/metrics.hpp"
 #include "tests/catch.hpp"
 #include "tests/program.hpp"
 
@@ -182,7 +182,7 @@ TEST_CASE("the dump is what the loop publishes, and its scores are the metrics o
                             .frames = 0});
     REQUIRE(rig);
     WorkerPool pool(1);
-    FrameLoop loop(*rig, *estimator_preset("paper"), GatePolicy{}, pool);
+    FrameLoop loop(*rig, pipeline_factory(*estimator_preset("paper"), pool), GatePolicy{});
     REQUIRE(loop.start());
     for (int k = 0; k < frames; ++k) {
         const FrameResult result = loop.step(std::chrono::seconds(1));

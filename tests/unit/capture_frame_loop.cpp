@@ -11,7 +11,8 @@ namespace {
 
 /// A started loop on fake cameras.
 struct Fixture {
-    explicit Fixture(const GatePolicy &policy = {}) : loop(rig, EstimatorOptions{}, policy, pool) {
+    explicit Fixture(const GatePolicy &policy = {})
+        : loop(rig, pipeline_factory({}, pool), policy) {
         REQUIRE(loop.start());
     }
     FrameResult step() { return loop.step(std::chrono::nanoseconds(0)); }
@@ -175,7 +176,7 @@ TEST_CASE("when one source does not start, neither runs") {
     cameras.tof_starts = Error{"no TOF camera", 0};
     Rig rig = cameras.rig();
     WorkerPool pool(1);
-    FrameLoop loop(rig, {}, {}, pool);
+    FrameLoop loop(rig, pipeline_factory({}, pool), {});
     const Status started = loop.start();
     REQUIRE_FALSE(started);
     CHECK(started.error().message == "no TOF camera");

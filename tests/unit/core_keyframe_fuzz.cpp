@@ -142,14 +142,14 @@ TEST_CASE("pictures of any size are composed of several maps", "[core]") {
 TEST_CASE("nor do clocks that stand or leap", "[core]") {
     const Film scene = film_room(160, 120, 4);
     WorkerPool pool(1);
-    Estimator estimator({}, scene.camera, pool);
+    const auto pipeline = pipeline_factory({}, pool)(scene.camera);
     std::int64_t t = 0;
     for (const std::int64_t gap : {0l, 1l, 33'000'000l, 0l, 1'000'000'000'000'000'000l, 1l}) {
         t += gap;
         for (std::size_t k = 0; k < scene.images.size(); ++k) {
-            check_sane(estimator.track(scene.images[k], t));
+            check_sane(pipeline->track(scene.images[k], t));
             if (k == 1)
-                check_sane(estimator.measure(scene.depth[k]));
+                check_sane(pipeline->measure(scene.depth[k]));
         }
     }
 }

@@ -13,7 +13,7 @@ namespace {
 constexpr std::int64_t interval_ns = 30'000'000;
 
 /// Ten images, 30 ms apart from 5 s on, of pixels k; remembers whose depth was asked for.
-class NumberedImages : public Sequence {
+class NumberedImages : public FrameSequence {
 public:
     NumberedImages(std::vector<std::uint64_t> &depths_read, std::set<std::uint64_t> damaged)
         : depths_read_(depths_read), damaged_(std::move(damaged)) {}

@@ -13,7 +13,7 @@
 namespace afterglow {
 namespace {
 
-class SyntheticSequence : public Sequence {
+class SyntheticSequence : public FrameSequence {
 public:
     SyntheticSequence(const SyntheticOptions &options, SyntheticWorld world)
         : noise_(options.seed, options.noise ? world.tof : TofNoise::none()),

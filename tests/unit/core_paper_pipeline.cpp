@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/estimator.hpp"
+#include "core/pipeline.hpp"
 #include "tests/catch.hpp"
 
 #include <algorithm>
@@ -31,11 +31,11 @@ Luma wall(int shift) {
 
 struct Fixture {
     explicit Fixture(int workers = 1)
-        : pool(workers), estimator(*estimator_preset("paper"), camera, pool) {}
-    const Estimate &track(const Luma &image) { return estimator.track(image, t_ns += frame_ns); }
+        : pool(workers), pipeline(pipeline_factory(*estimator_preset("paper"), pool)(camera)) {}
+    const Estimate &track(const Luma &image) { return pipeline->track(image, t_ns += frame_ns); }
 
     WorkerPool pool;
-    Estimator estimator;
+    std::unique_ptr<Pipeline> pipeline;
     std::int64_t t_ns = 0;
 };
 
@@ -58,7 +58,7 @@ TEST_CASE("a measured map is published as it is", "[core]") {
     f.track(wall(0));
     DepthMap depth(320, 240, 2000);
     depth(3, 4) = 0;
-    const Estimate &e = f.estimator.measure(depth);
+    const Estimate &e = f.pipeline->measure(depth);
     CHECK(e.source == FrameSource::measured);
     CHECK(e.age_frames == 0);
     CHECK(e.age_ns == 0);
@@ -71,7 +71,7 @@ TEST_CASE("a measured map is published as it is", "[core]") {
 TEST_CASE("sideways motion is followed and composed over frames", "[core]") {
     Fixture f;
     f.track(wall(0));
-    f.estimator.measure(DepthMap(320, 240, 2000));
+    f.pipeline->measure(DepthMap(320, 240, 2000));
     for (int i = 1; i <= 5; ++i) {
         const Estimate &e = f.track(wall(3 * i));
         REQUIRE(e.source == FrameSource::estimated);
@@ -88,7 +88,7 @@ TEST_CASE("sideways motion is followed and composed over frames", "[core]") {
 TEST_CASE("an image that has nothing in common with the last asks for a measurement", "[core]") {
     Fixture f;
     f.track(wall(0));
-    f.estimator.measure(DepthMap(320, 240, 2000));
+    f.pipeline->measure(DepthMap(320, 240, 2000));
     Luma noise(320, 240);
     std::mt19937 random(1);
     for (std::uint8_t &pixel : noise.pixels())
@@ -102,7 +102,7 @@ TEST_CASE("an image that has nothing in common with the last asks for a measurem
     }
     SECTION("until it is measured") {
         f.track(wall(2));
-        f.estimator.measure(DepthMap(320, 240, 1500));
+        f.pipeline->measure(DepthMap(320, 240, 1500));
         CHECK(f.track(wall(2)).source == FrameSource::estimated);
     }
 }
@@ -110,7 +110,7 @@ TEST_CASE("an image that has nothing in common with the last asks for a measurem
 TEST_CASE("a measured map of zeros leads to no estimate", "[core]") {
     Fixture f;
     f.track(wall(0));
-    f.estimator.measure(DepthMap(320, 240, 0));
+    f.pipeline->measure(DepthMap(320, 240, 0));
     const Estimate &e = f.track(wall(1));
     CHECK(e.source == FrameSource::none);
     CHECK(e.wants_measurement);
@@ -131,7 +131,7 @@ TEST_CASE("images and depth of every bad kind give maps without invented depth",
         if (kind % 4 == 2)
             for (std::uint16_t &z : depth.pixels())
                 z = static_cast<std::uint16_t>(random() % 2 ? 65535 : 0);
-        const Estimate &measured = f.estimator.measure(depth);
+        const Estimate &measured = f.pipeline->measure(depth);
         CHECK(measured.source == FrameSource::measured);
     }
 }
@@ -144,7 +144,7 @@ TEST_CASE("the estimate is the same to the bit for any number of workers", "[cor
         for (int v = 0; v < 240; ++v)
             for (int u = 0; u < 320; ++u)
                 depth(u, v) = static_cast<std::uint16_t>(1500 + 3 * u + 2 * v);
-        f.estimator.measure(depth);
+        f.pipeline->measure(depth);
         for (int i = 1; i < 5; ++i)
             f.track(wall(i));
         const DepthView result = f.track(wall(7)).depth;

@@ -1,23 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "eval/baselines/depth_system.hpp"
+#include "eval/baselines/systems.hpp"
 
-#include "core/estimator.hpp"
 #include "eval/baselines/makers.hpp"
+#include "eval/baselines/oracle.hpp"
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <opencv2/core/utility.hpp>
 
 namespace afterglow {
 namespace {
 
-/// The estimator of the daemon, with one of its methods.
+/// A pipeline of the daemon.
 template <Method method>
-std::unique_ptr<DepthSystem> make_estimator(const EstimatorOptions &options,
-                                            const Intrinsics &camera, WorkerPool &pool) {
-    EstimatorOptions chosen = options;
-    chosen.method = method;
-    return std::make_unique<AsDepthSystem<Estimator>>(chosen, camera, pool);
+std::unique_ptr<Pipeline> make_daemon_pipeline(const SystemInputs &inputs,
+                                               const Intrinsics &camera) {
+    EstimatorOptions options = inputs.options;
+    options.method = method;
+    return pipeline_factory(options, inputs.pool)(camera);
+}
+
+std::unique_ptr<Pipeline> make_oracle(const SystemInputs &inputs, const Intrinsics &camera) {
+    return oracle_factory(inputs.options, inputs.pool, inputs.truth)(camera);
 }
 
 struct Row {
@@ -29,7 +34,7 @@ constexpr Row rows[] = {
     {{.name = "paper",
       .title = "This Work (paper)",
       .method = "three-step search, RANSAC pose, forward reprojection"},
-     make_estimator<Method::paper>},
+     make_daemon_pipeline<Method::paper>},
     {{.name = "lk",
       .title = "LK",
       .method = "the paper's pipeline with pyramidal Lucas-Kanade flow"},
@@ -73,7 +78,7 @@ constexpr Row rows[] = {
     {{.name = "default",
       .title = "afterglow",
       .method = "alignment with measured keyframes, lit by expected error"},
-     make_estimator<Method::keyframe>},
+     make_daemon_pipeline<Method::keyframe>},
     {{.name = "reverse-warp",
       .title = "Reverse Warp",
       .method = "the paper's pipeline, warping in reverse"},
@@ -82,6 +87,11 @@ constexpr Row rows[] = {
       .title = "Median Filter",
       .method = "the paper's pipeline and a 3x3 median of its maps"},
      make_median_filtered},
+    {{.name = "oracle",
+      .title = "Oracle",
+      .method = "afterglow with the pose refined on the true depth",
+      .fitted_to_truth = true},
+     make_oracle},
 };
 
 constexpr auto descriptions = [] {
@@ -96,13 +106,24 @@ std::span<const SystemDescription> systems() {
     return descriptions;
 }
 
-std::unique_ptr<DepthSystem> make_system(std::string_view name, const Intrinsics &camera,
-                                         WorkerPool &pool, const EstimatorOptions &options) {
-    const Row *row = std::ranges::find(rows, name, [](const Row &r) { return r.description.name; });
-    if (row == std::end(rows))
-        return nullptr;
-    cv::setNumThreads(pool.size());
-    return row->make(options, camera, pool);
+const SystemDescription *find_system(std::string_view name) {
+    const auto found = std::ranges::find(descriptions, name, &SystemDescription::name);
+    return found == descriptions.end() ? nullptr : &*found;
+}
+
+std::string title_of(std::string_view name) {
+    const SystemDescription *system = find_system(name);
+    return std::string(system ? system->title : name);
+}
+
+PipelineFactory system_factory(const SystemDescription &system, const SystemInputs &inputs) {
+    const Row *row =
+        std::ranges::find(rows, system.name, [](const Row &r) { return r.description.name; });
+    assert(row != std::end(rows));
+    return [row, inputs](const Intrinsics &camera) {
+        cv::setNumThreads(inputs.pool.size());
+        return row->make(inputs, camera);
+    };
 }
 
 } // namespace afterglow

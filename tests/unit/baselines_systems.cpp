@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/estimator.hpp"
-#include "eval/scoring/metrics.hpp"
 #include "drivers/simulated/synthetic/truth.hpp"
+#include "eval/baselines/systems.hpp"
+#include "eval/scoring/metrics.hpp"
 #include "tests/catch.hpp"
-#include "eval/baselines/depth_system.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -45,10 +44,15 @@ const Walk &room_walk() {
     return walk;
 }
 
-std::unique_ptr<DepthSystem> make(const SystemDescription &system, WorkerPool &pool) {
-    auto made = make_system(system.name, room_walk().camera, pool, EstimatorOptions{});
-    REQUIRE(made);
-    return made;
+/// The true depth of image k, which is shown at (k + 1) frame_ns.
+Result<DepthMap> walk_truth(std::int64_t t_ns) {
+    return room_walk().depth[static_cast<std::size_t>(t_ns / frame_ns - 1)];
+}
+
+std::unique_ptr<Pipeline> make(const SystemDescription &system, WorkerPool &pool,
+                               TruthAt truth = walk_truth) {
+    return system_factory(system, {.options = {}, .pool = pool, .truth = std::move(truth)})(
+        room_walk().camera);
 }
 
 DepthMap copy_of(DepthView depth) {
@@ -65,8 +69,6 @@ std::vector<DepthMap> maps_of(const SystemDescription &system, int workers) {
     const auto made = make(system, pool);
     std::vector<DepthMap> maps;
     for (std::size_t k = 0; k < walk.luma.size(); ++k) {
-        if (system.fitted_to_truth)
-            made->show_truth(walk.depth[k]);
         const Estimate &e = made->track(walk.luma[k], static_cast<std::int64_t>(k + 1) * frame_ns);
         if (k == 0 && system.lighting != Lighting::never)
             made->measure(walk.depth[k]);
@@ -96,7 +98,7 @@ TEST_CASE("systems are told apart by name, the paper's own first", "[baselines]"
         make(system, pool);
     }
     CHECK(systems().front().name == "paper");
-    CHECK_FALSE(make_system("papers", room_walk().camera, pool, EstimatorOptions{}));
+    CHECK_FALSE(find_system("papers"));
 }
 
 TEST_CASE("every system follows a camera that is walked through a room", "[baselines]") {
@@ -104,7 +106,8 @@ TEST_CASE("every system follows a camera that is walked through a room", "[basel
     for (const SystemDescription &system : systems()) {
         INFO(system.name);
         const auto maps = maps_of(system, 2);
-        // Sparse two-view depth of neighbouring images is coarse: Noraky & Sze 2019's own is 38 % off.
+        // Sparse two-view depth of neighbouring images is coarse: Noraky & Sze 2019's own is 38 %
+        // off.
         const double worst_mre = system.dense ? 3 : 60;
         const double least_coverage = system.dense ? 80 : 0.02;
         for (std::size_t k = 1; k < maps.size(); ++k) {
@@ -141,14 +144,16 @@ TEST_CASE("a system that measures publishes the measured map as it is", "[baseli
     }
 }
 
-TEST_CASE("noise, blank images and depth that cannot be are survived by every system", "[baselines]") {
+TEST_CASE("noise, blank images and depth that cannot be are survived by every system",
+          "[baselines]") {
     const Walk &walk = room_walk();
     WorkerPool pool(2);
     const int width = walk.camera.width;
     const int height = walk.camera.height;
     for (const SystemDescription &system : systems()) {
         INFO(system.name);
-        const auto made = make(system, pool);
+        DepthMap depth(width, height);
+        const auto made = make(system, pool, [&](std::int64_t) { return Result<DepthMap>(depth); });
         std::mt19937 random(3);
         std::int64_t t_ns = 0;
         for (int kind = 0; kind < 12; ++kind) {
@@ -158,12 +163,10 @@ TEST_CASE("noise, blank images and depth that cannot be are survived by every sy
                     pixel = static_cast<std::uint8_t>(random());
             if (kind % 4 == 2)
                 image = walk.luma[1];
-            DepthMap depth(width, height, static_cast<std::uint16_t>(kind % 3 == 0 ? 0 : 65535));
+            depth = DepthMap(width, height, static_cast<std::uint16_t>(kind % 3 == 0 ? 0 : 65535));
             if (kind % 3 == 2)
                 for (std::uint16_t &z : depth.pixels())
                     z = static_cast<std::uint16_t>(random() % 2 ? random() : 0);
-            if (system.fitted_to_truth)
-                made->show_truth(depth);
             check_sound(made->track(image, t_ns += frame_ns));
             check_sound(made->measure(depth));
             check_sound(made->track(walk.luma[2], t_ns += frame_ns));
@@ -176,10 +179,9 @@ TEST_CASE("depth of zeros leads no system to invent depth", "[baselines]") {
     WorkerPool pool(1);
     for (const SystemDescription &system : systems()) {
         INFO(system.name);
-        const auto made = make(system, pool);
         const DepthMap nothing(walk.camera.width, walk.camera.height);
-        if (system.fitted_to_truth)
-            made->show_truth(nothing);
+        const auto made =
+            make(system, pool, [&](std::int64_t) { return Result<DepthMap>(nothing); });
         made->track(walk.luma[0], frame_ns);
         if (system.lighting != Lighting::never)
             made->measure(nothing);
@@ -188,11 +190,12 @@ TEST_CASE("depth of zeros leads no system to invent depth", "[baselines]") {
     }
 }
 
-TEST_CASE("the baselines made of the paper's pipeline differ from it where they should", "[baselines]") {
+TEST_CASE("the baselines made of the paper's pipeline differ from it where they should",
+          "[baselines]") {
     const Walk &walk = room_walk();
     const auto maps = [](std::string_view name) {
-        const auto system = std::ranges::find(systems(), name, &SystemDescription::name);
-        REQUIRE(system != systems().end());
+        const SystemDescription *system = find_system(name);
+        REQUIRE(system);
         return maps_of(*system, 1);
     };
     const auto coverage = [&](const std::vector<DepthMap> &of) {

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/base/camera.hpp"
+#include "core/base/image.hpp"
+#include "core/base/worker_pool.hpp"
+#include "core/estimate.hpp"
+#include "core/estimator_options.hpp"
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+
+namespace afterglow {
+
+/// A method that gives depth for every image from few measurements: the paper's, ours, and each
+/// baseline of the evaluation.
+///
+/// track() gets every image, in order of time. When the TOF camera has measured depth for the image
+/// last tracked, measure() gets that map, and later images are estimated from it. Neither fails.
+/// Images and maps have the size of the camera that the pipeline was made for. Deterministic: the
+/// same calls give the same bits, whatever the number of workers. The pipelines of core/ are
+/// real-time safe: after construction they allocate nothing and take no lock but the worker pool's.
+/// One thread at a time.
+class Pipeline {
+public:
+    virtual ~Pipeline() = default;
+
+    /// Estimates the depth map of a new image. `t_ns`: its capture time, CLOCK_MONOTONIC.
+    virtual const Estimate &track(LumaView luma, std::int64_t t_ns) = 0;
+    /// Takes a depth map measured for the image last given to track(); millimetres, 0 = none.
+    virtual const Estimate &measure(DepthView depth) = 0;
+};
+
+/// Makes a pipeline for images of a camera with these intrinsics.
+using PipelineFactory = std::function<std::unique_ptr<Pipeline>(const Intrinsics &camera)>;
+
+/// The pipeline that `options.method` names. `pool` must outlive what the factory makes.
+PipelineFactory pipeline_factory(const EstimatorOptions &options, WorkerPool &pool);
+
+} // namespace afterglow
