@@ -84,7 +84,7 @@ TEST_CASE("a pose that is known costs no depth, and motion shifts pixels by its 
     const Pose moved{Eigen::Matrix3d::Identity(), {0.1, 0, 0}};
     const MapError error = map_error(surface, camera, moved, known, ErrorOptions{});
     CHECK(error.motion_px == Approx(13).epsilon(0.01));
-    CHECK(error.shift_px == Approx(13 * ErrorOptions{}.calibration).epsilon(0.01));
+    CHECK(error.shift_px == Approx(13 * ErrorOptions{}.intrinsics).epsilon(0.01));
 }
 
 TEST_CASE("a pixel's error falls with its distance from an edge and grows with noise", "[core]") {
