@@ -4,6 +4,7 @@
 #include "drivers/simulated/synthetic/truth.hpp"
 #include "tests/catch.hpp"
 #include "tests/program.hpp"
+#include "tests/skip.hpp"
 
 #include <fmt/format.h>
 
@@ -121,14 +122,12 @@ TEST_CASE("estimates do not depend on depth maps the TOF camera did not measure 
 
 TEST_CASE("estimates do not depend on depth maps the TOF camera did not measure (real recording)",
           "[eval]") {
-    const std::string data = AFTERGLOW_SOURCE_DIR "/../shared/data/tum_fr1_desk_9";
-    if (!fs::exists(data)) {
-        WARN("skipped: there are no recordings in ../shared/data");
+    const auto data = testing::recording_or_skip("tum_fr1_desk_9");
+    if (!data)
         return;
-    }
     const TemporaryFolder folder;
     const std::string recording = folder.path() + "/desk";
-    fs::copy(data, recording, fs::copy_options::recursive);
+    fs::copy(*data, recording, fs::copy_options::recursive);
     for (const auto &entry : fs::recursive_directory_iterator(recording))
         fs::permissions(entry.path(), fs::perms::owner_all, fs::perm_options::add);
     check_no_peeking(folder, recording, {});

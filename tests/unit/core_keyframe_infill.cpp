@@ -9,8 +9,8 @@
 #include "drivers/simulated/synthetic/noise.hpp"
 #include "tests/catch.hpp"
 #include "tests/film.hpp"
+#include "tests/skip.hpp"
 
-#include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
@@ -133,14 +133,12 @@ Walk walk(double along) {
     return walk;
 }
 
-/// Ten frames of a recording; nothing where it is not there.
+/// Ten frames of a recording; nothing, and the test case counts as skipped, when it is missing.
 std::optional<Film> recorded(const std::string &name) {
-    const std::string folder = AFTERGLOW_SOURCE_DIR "/../shared/data/" + name;
-    if (!std::filesystem::exists(folder)) {
-        WARN("skipped: there is no " << name << " in ../shared/data");
+    const auto folder = recording_or_skip(name);
+    if (!folder)
         return std::nullopt;
-    }
-    const auto recording = open_recording(folder);
+    const auto recording = open_recording(*folder);
     REQUIRE(recording);
     Film seen{recording->camera, {}, {}};
     for (std::size_t k = 0; k < 10; ++k) {

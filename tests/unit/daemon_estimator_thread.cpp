@@ -64,11 +64,11 @@ TEST_CASE("the estimator thread applies the last of many mode changes", "[tsan]"
     }
 }
 
-TEST_CASE("the estimator thread allocates nothing while frames flow") {
+TEST_CASE("neither estimator thread nor worker pool allocates while frames flow") {
     FakeCameras cameras;
     Config config;
     config.gate = {GateMode::interval, 3};
-    config.daemon.workers = 1;
+    config.daemon.workers = 3;
     std::atomic<std::uint64_t> reads = 0;
     std::atomic<std::uint64_t> early = 0;
     std::atomic<std::uint64_t> late = 0;
