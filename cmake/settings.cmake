@@ -2,7 +2,7 @@
 # How everything is compiled, and the options of a build.
 
 option(BUILD_TESTING "Build the tests" ON)
-option(AFTERGLOW_WERROR "Treat warnings as errors" ON)
+option(AFTERGLOW_WERROR "Treat warnings as errors; the presets do" OFF)
 option(AFTERGLOW_REPORT "Build afterglow-eval's report, whose rivals need OpenCV and dlib" ON)
 option(AFTERGLOW_V4L2 "Build the V4L2 drivers" ON)
 option(AFTERGLOW_LIBCAMERA "Build the libcamera driver; needs AFTERGLOW_V4L2" ON)
@@ -26,6 +26,12 @@ set(CMAKE_C_VISIBILITY_PRESET hidden)
 set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
 set(CMAKE_LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib)
 set(CMAKE_ARCHIVE_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib)
+
+# Installed programs find libafterglow beside them under any prefix.
+cmake_path(IS_ABSOLUTE CMAKE_INSTALL_LIBDIR absolute)
+if(NOT absolute)
+  set(CMAKE_INSTALL_RPATH "$ORIGIN/../${CMAKE_INSTALL_LIBDIR}")
+endif()
 
 find_program(CCACHE ccache)
 if(CCACHE)

@@ -3,5 +3,7 @@
 
 #include <cstdint>
 
-/// How often the calling thread has called operator new; counted in unit_tests only.
+/// Number of allocations that this process has made so far, on all its threads: malloc, calloc,
+/// realloc, aligned_alloc, posix_memalign, memalign and all that calls them, as every operator new
+/// does. Counted in unit_tests only, also under the sanitizers. Any thread may call it.
 std::uint64_t allocation_count();

@@ -99,7 +99,7 @@ Played play(const TemporaryFolder &folder, const std::string &mode) {
 
 } // namespace
 
-TEST_CASE("a recording is played to its end, and the daemon leaves after its last reader") {
+TEST_CASE("the daemon plays a recording to its end and exits after the last reader has closed") {
     const TemporaryFolder folder;
     record(folder);
     const Played played = play(folder, "auto");
@@ -110,7 +110,7 @@ TEST_CASE("a recording is played to its end, and the daemon leaves after its las
     CHECK(played.log.find("the recording is over") != std::string::npos);
 }
 
-TEST_CASE("an image that is cut short is counted and skipped") {
+TEST_CASE("the daemon counts and skips a truncated image of a recording") {
     const TemporaryFolder folder;
     const std::string file = image(record(folder), "rgb", 5);
     std::filesystem::resize_file(file, std::filesystem::file_size(file) / 2);
@@ -122,7 +122,7 @@ TEST_CASE("an image that is cut short is counted and skipped") {
     CHECK(played.log.find(file) != std::string::npos);
 }
 
-TEST_CASE("a depth map that is missing, cut short or of zeros is counted and not published") {
+TEST_CASE("the daemon counts a missing, truncated or zero depth map and does not publish it") {
     const TemporaryFolder folder;
     const std::string recording = record(folder);
     const std::string file = image(recording, "depth", 5);
@@ -141,7 +141,8 @@ TEST_CASE("a depth map that is missing, cut short or of zeros is counted and not
     CHECK_FALSE(played.wrong_depth);
 }
 
-TEST_CASE("images whose times go backwards are counted and skipped, or refused with their line") {
+TEST_CASE("the daemon skips images with decreasing timestamps, or refuses the recording with their "
+          "line") {
     const TemporaryFolder folder;
     const std::string list = record(folder) + "/associations.txt";
     std::vector<std::string> lines;

@@ -13,7 +13,7 @@ const std::string replay = "color.driver = \"replay\"\ntof.driver = \"replay\"\n
 
 } // namespace
 
-TEST_CASE("a wrong configuration ends the daemon with a line for each mistake") {
+TEST_CASE("afterglowd rejects a wrong configuration with one line per mistake") {
     const TemporaryFolder folder;
     const std::string path =
         folder.write("a.toml", synthetic + "[gate]\nmode = \"nope\"\n[daemon]\nworker = 1\n");
@@ -28,14 +28,14 @@ TEST_CASE("a wrong configuration ends the daemon with a line for each mistake") 
     CHECK(run({"afterglowd", "--check", "--config", path}).code == 78);
 }
 
-TEST_CASE("a configuration that is not there ends the daemon") {
+TEST_CASE("afterglowd rejects a configuration file that does not exist") {
     const Ended ended = run({"afterglowd", "--config", "/nonexistent/a.toml"});
     CHECK(ended.code == 78);
     CHECK(ended.errors ==
           "afterglowd: /nonexistent/a.toml: cannot be read: No such file or directory\n");
 }
 
-TEST_CASE("a good configuration is called good, and nothing is started") {
+TEST_CASE("afterglowd --check accepts a valid configuration and starts nothing") {
     const TemporaryFolder folder;
     const std::string path = folder.write("a.toml", synthetic);
     const Ended ended = run({"afterglowd", "--check", "--config", path});
@@ -43,18 +43,18 @@ TEST_CASE("a good configuration is called good, and nothing is started") {
     CHECK(ended.output == path + ": good\n");
 }
 
-TEST_CASE("the light can be put out without a bus") {
+TEST_CASE("afterglowd --darken switches the light off without a D-Bus connection") {
     const TemporaryFolder folder;
     CHECK(run({"afterglowd", "--darken", "--config", folder.write("a.toml", synthetic)}).code == 0);
 }
 
-TEST_CASE("wrong usage has an exit code of its own") {
+TEST_CASE("afterglowd exits with 2 on wrong command-line usage") {
     CHECK(run({"afterglowd", "--session", "--system"}).code == 2);
     CHECK(run({"afterglowd", "--dance"}).code == 2);
     CHECK(run({"afterglowd", "--version"}).code == 0);
 }
 
-TEST_CASE("a recording that cannot be opened ends the daemon with a clear word") {
+TEST_CASE("afterglowd names a recording that cannot be opened") {
     const TemporaryFolder folder;
     const std::string path = folder.write("a.toml", replay + "replay.path = \"nothing-here\"\n");
     const Ended missing = run({"afterglowd", "--bus", "unix:path=/nonexistent", "--config", path});
@@ -67,7 +67,7 @@ TEST_CASE("a recording that cannot be opened ends the daemon with a clear word")
     CHECK(empty.errors.find(folder.path() + "/nothing-here") != std::string::npos);
 }
 
-TEST_CASE("a bus that cannot be reached ends the daemon with a clear word") {
+TEST_CASE("afterglowd names a D-Bus bus that cannot be reached") {
     const TemporaryFolder folder;
     const Ended ended = run({"afterglowd", "--bus", "unix:path=/nonexistent/bus", "--config",
                              folder.write("a.toml", synthetic)});

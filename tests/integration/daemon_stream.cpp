@@ -67,8 +67,7 @@ int end_of(pid_t process) {
 
 } // namespace
 
-TEST_CASE(
-    "another process reads 100 frames with nothing but the bus, and the daemon stops cleanly") {
+TEST_CASE("a process reads 100 frames over the bus alone, and the daemon stops cleanly") {
     Served served(small_room);
     const pid_t reader = in_child([&] { return read_frames(served.bus.address(), 100); });
     CHECK(end_of(reader) == 0);
@@ -79,7 +78,7 @@ TEST_CASE(
     CHECK(served.daemon.errors().find("stopping on TERM") != std::string::npos);
 }
 
-TEST_CASE("a reader killed in the middle of a read disturbs nobody") {
+TEST_CASE("killing a reader during a read affects neither daemon nor other readers") {
     Served served(small_room);
     const pid_t victim = in_child([&] { return read_frames(served.bus.address(), 1'000'000); });
     const pid_t survivor = in_child([&] { return read_frames(served.bus.address(), 150); });
@@ -91,7 +90,7 @@ TEST_CASE("a reader killed in the middle of a read disturbs nobody") {
     CHECK(read_frames(served.bus.address(), 10) == 0);
 }
 
-TEST_CASE("a stopped reader does not keep the daemon from stopping") {
+TEST_CASE("the daemon stops although a reader process is suspended") {
     Served served(small_room);
     const pid_t reader = in_child([&] { return read_frames(served.bus.address(), 1'000'000); });
     served.wait_for("OpenStreams", "1");
@@ -102,7 +101,7 @@ TEST_CASE("a stopped reader does not keep the daemon from stopping") {
     CHECK(end_of(reader) == 1); // it is told that the daemon is gone
 }
 
-TEST_CASE("a client changes when the TOF camera is lit") {
+TEST_CASE("a client changes the gate's mode over D-Bus") {
     Served served(small_room);
     afterglow_stream *stream = nullptr;
     REQUIRE(afterglow_open(served.bus.address().c_str(), &stream) == 0);
@@ -127,7 +126,7 @@ TEST_CASE("a client changes when the TOF camera is lit") {
     afterglow_close(stream);
 }
 
-TEST_CASE("afterglowctl shows the daemon, its frames and a picture of the newest") {
+TEST_CASE("afterglowctl shows the daemon's status, its frames and a snapshot") {
     Served served(small_room);
     CHECK(served.status().output.find(": idle: nobody reads") != std::string::npos);
 
@@ -151,7 +150,7 @@ TEST_CASE("afterglowctl shows the daemon, its frames and a picture of the newest
     CHECK(json.output.find("\"mode\": \"always-on\"") != std::string::npos);
 }
 
-TEST_CASE("afterglowctl says what is missing") {
+TEST_CASE("afterglowctl names what is missing when it cannot reach the daemon") {
     const PrivateBus bus;
     const Ended nobody = run({"afterglowctl", "--bus", bus.address(), "status"});
     CHECK(nobody.code == 1);
@@ -164,7 +163,7 @@ TEST_CASE("afterglowctl says what is missing") {
     CHECK(run({"afterglowctl", "dance"}).code == 2);
 }
 
-TEST_CASE("a second daemon on the same bus leaves with a clear word") {
+TEST_CASE("a second afterglowd on the same bus exits and names the first") {
     Served served(small_room);
     const Ended second = run({"afterglowd", "--bus", served.bus.address(), "--config",
                               served.folder.write("b.toml", small_room)});
@@ -173,7 +172,7 @@ TEST_CASE("a second daemon on the same bus leaves with a clear word") {
     CHECK(read_frames(served.bus.address(), 3) == 0);
 }
 
-TEST_CASE("a daemon whose bus dies stops with an error") {
+TEST_CASE("afterglowd exits with an error when its D-Bus bus ends") {
     Served served(small_room);
     served.bus.stop();
     CHECK(served.daemon.wait() == 1);

@@ -26,7 +26,7 @@ void film(const DatasetFolder &folder) {
 
 } // namespace
 
-TEST_CASE("run scores a dataset in any layout, and leaves nothing behind", "[eval]") {
+TEST_CASE("afterglow-eval run scores a dataset in another layout and leaves no files", "[eval]") {
     const DatasetFolder folder("seq-01");
     film(folder);
     const TemporaryFolder temporary;
@@ -41,7 +41,7 @@ TEST_CASE("run scores a dataset in any layout, and leaves nothing behind", "[eva
     CHECK(std::filesystem::is_empty(temporary.path()));
 }
 
-TEST_CASE("a layout that does not fit, or that there is not, is refused", "[eval]") {
+TEST_CASE("afterglow-eval run refuses a dataset layout that is unknown or does not fit", "[eval]") {
     const DatasetFolder folder("seq-01");
     film(folder);
     const Ended wrong = run({"afterglow-eval", "run", folder.path(), "--layout", "tum"});

@@ -56,7 +56,7 @@ std::vector<std::string> endless_session(const std::string &picture) {
 
 } // namespace
 
-TEST_CASE("a daemon that dies ends the main job with an error and without a summary", "[eval]") {
+TEST_CASE("afterglow-eval live fails without a summary when its daemon dies", "[eval]") {
     const TemporaryPlace place;
     const TemporaryFolder folder;
     Program live(endless_session(folder.path() + "/picture.png"));
@@ -70,7 +70,7 @@ TEST_CASE("a daemon that dies ends the main job with an error and without a summ
     CHECK_FALSE(fs::exists(folder.path() + "/picture.png"));
 }
 
-TEST_CASE("a main job that is killed leaves no process and no file", "[eval]") {
+TEST_CASE("afterglow-eval live leaves no process and no file when it is killed", "[eval]") {
     const TemporaryPlace place;
     const TemporaryFolder folder;
     Program live(endless_session(folder.path() + "/picture.png"));
@@ -85,7 +85,8 @@ TEST_CASE("a main job that is killed leaves no process and no file", "[eval]") {
     CHECK_FALSE(place.has_session());
 }
 
-TEST_CASE("a main job in which all is measured has a summary and no picture", "[eval]") {
+TEST_CASE("afterglow-eval live prints a summary and no picture when every frame is measured",
+          "[eval]") {
     const TemporaryFolder folder;
     const Ended ended = run({"afterglow-eval", "live", "--frames", "5", "--set",
                              "gate.mode=always-on", "--picture", folder.path() + "/picture.png"});
@@ -96,7 +97,8 @@ TEST_CASE("a main job in which all is measured has a summary and no picture", "[
     CHECK_FALSE(fs::exists(folder.path() + "/picture.png"));
 }
 
-TEST_CASE("the main job on what is not a recording fails before anything is started", "[eval]") {
+TEST_CASE("afterglow-eval live refuses a folder that is not a recording before it starts a daemon",
+          "[eval]") {
     const TemporaryFolder folder;
     const Ended ended = run({"afterglow-eval", "live", "--replay", folder.path()});
     CHECK(ended.code == 1);

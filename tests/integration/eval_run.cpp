@@ -4,6 +4,7 @@
 #include "drivers/simulated/synthetic/truth.hpp"
 #include "tests/catch.hpp"
 #include "tests/program.hpp"
+#include "tests/skip.hpp"
 
 #include <fmt/format.h>
 
@@ -113,26 +114,27 @@ void check_no_peeking(const TemporaryFolder &folder, const std::string &recordin
 
 } // namespace
 
-TEST_CASE("depth that was not measured is never looked at", "[eval]") {
+TEST_CASE("estimates do not depend on depth maps the TOF camera did not measure (synthetic)",
+          "[eval]") {
     const TemporaryFolder folder;
     check_no_peeking(folder, record(folder), {});
 }
 
-TEST_CASE("nor is it in real recordings", "[eval]") {
-    const std::string data = AFTERGLOW_SOURCE_DIR "/../shared/data/tum_fr1_desk_9";
-    if (!fs::exists(data)) {
-        WARN("skipped: there are no recordings in ../shared/data");
+TEST_CASE("estimates do not depend on depth maps the TOF camera did not measure (real recording)",
+          "[eval]") {
+    const auto data = testing::recording_or_skip("tum_fr1_desk_9");
+    if (!data)
         return;
-    }
     const TemporaryFolder folder;
     const std::string recording = folder.path() + "/desk";
-    fs::copy(data, recording, fs::copy_options::recursive);
+    fs::copy(*data, recording, fs::copy_options::recursive);
     for (const auto &entry : fs::recursive_directory_iterator(recording))
         fs::permissions(entry.path(), fs::perms::owner_all, fs::perm_options::add);
     check_no_peeking(folder, recording, {});
 }
 
-TEST_CASE("the result does not depend on the number of workers, or on the day", "[eval]") {
+TEST_CASE("afterglow-eval run gives the same result for any number of workers and any start time",
+          "[eval]") {
     const TemporaryFolder folder;
     const std::string recording = record(folder);
     const auto maps = published(evaluate(folder, recording, "1", {"--workers", "1"}));
@@ -141,7 +143,7 @@ TEST_CASE("the result does not depend on the number of workers, or on the day", 
     CHECK(published(evaluate(folder, recording, "3", {"--workers", "4"})) == maps);
 }
 
-TEST_CASE("measured frames are published as they were recorded", "[eval]") {
+TEST_CASE("measured frames are published exactly as recorded", "[eval]") {
     const TemporaryFolder folder;
     const std::string recording = record(folder);
     const std::string dump = evaluate(folder, recording, "dump");
@@ -155,13 +157,13 @@ TEST_CASE("measured frames are published as they were recorded", "[eval]") {
     }
 }
 
-TEST_CASE("a slow TOF camera measures later", "[eval]") {
+TEST_CASE("the evaluation delays measurements by the TOF camera's wake latency", "[eval]") {
     const TemporaryFolder folder;
     const std::string dump = evaluate(folder, record(folder), "dump", {"--wake-latency", "2"});
     CHECK(measured(dump) == std::set<std::size_t>{2, 7, 12, 17, 22});
 }
 
-TEST_CASE("the JSON has the keys that scripts rely on", "[eval]") {
+TEST_CASE("afterglow-eval run --json has the documented keys", "[eval]") {
     const TemporaryFolder folder;
     const Ended ended = run({"afterglow-eval", "run", record(folder), "--json", "--frames", "6"});
     REQUIRE(ended.code == 0);
@@ -173,7 +175,7 @@ TEST_CASE("the JSON has the keys that scripts rely on", "[eval]") {
     CHECK(std::count(ended.output.begin(), ended.output.end(), '\n') == 1);
 }
 
-TEST_CASE("frames that cannot be used are counted, and said", "[eval]") {
+TEST_CASE("afterglow-eval run counts and reports unusable images", "[eval]") {
     const TemporaryFolder folder;
     const std::string recording = record(folder);
     const auto images = files(recording + "/rgb");
@@ -193,23 +195,23 @@ TEST_CASE("frames that cannot be used are counted, and said", "[eval]") {
     CHECK(ended.output.find("\"damaged\": 1,") != std::string::npos);
 }
 
-TEST_CASE("a depth map that cannot be used leaves the light on for the next", "[eval]") {
+TEST_CASE("the light stays on after an unusable depth map", "[eval]") {
     const TemporaryFolder folder;
     const std::string recording = record(folder);
     const auto depth = files(recording + "/depth");
-    SECTION("truncated") {
+    SECTION("a truncated depth map") {
         overwrite(depth[0], content(depth[0]).substr(0, 300));
     }
-    SECTION("zeros") {
+    SECTION("a depth map of zeros") {
         REQUIRE(write_png(depth[0], DepthMap(320, 240, 0)));
     }
-    SECTION("8 bits deep") {
+    SECTION("a depth map of 8 bits") {
         REQUIRE(write_png(depth[0], Luma(320, 240, 9)));
     }
     CHECK(*measured(evaluate(folder, recording, "dump")).begin() == 1);
 }
 
-TEST_CASE("what cannot be evaluated is said in one line", "[eval]") {
+TEST_CASE("afterglow-eval run names in one line what it cannot evaluate", "[eval]") {
     const TemporaryFolder folder;
     const std::string recording = record(folder);
     const auto fails = [](std::vector<std::string> arguments, int code, const std::string &word) {
@@ -231,7 +233,7 @@ TEST_CASE("what cannot be evaluated is said in one line", "[eval]") {
     fails({recording, "--dump", "/proc/nowhere"}, 1, "/proc/nowhere");
 }
 
-TEST_CASE("the main job ends with a summary and a picture", "[eval]") {
+TEST_CASE("afterglow-eval live ends with a summary and a picture", "[eval]") {
     const TemporaryFolder folder;
     const std::string picture = folder.path() + "/a/picture.png";
     const Ended ended = run({"afterglow-eval", "live", "--replay", record(folder), "--picture",

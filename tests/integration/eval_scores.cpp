@@ -136,7 +136,7 @@ std::vector<Words> read_csv(const std::string &path) {
 
 } // namespace
 
-TEST_CASE("where nothing was estimated, statistics of estimates are null", "[eval]") {
+TEST_CASE("JSON statistics are null when no frame was estimated", "[eval]") {
     const TemporaryFolder folder;
     const std::string dataset = record(folder.path() + "/a \"quoted\\name");
     const auto json = json_of(evaluate(dataset, {"--json", "--set", "gate.mode=always-on"}));
@@ -147,7 +147,8 @@ TEST_CASE("where nothing was estimated, statistics of estimates are null", "[eva
         CHECK(json.at(key) == "null");
 }
 
-TEST_CASE("a frame without depth counts as an estimate that covers nothing", "[eval]") {
+TEST_CASE("afterglow-eval run counts a frame without depth as an estimate with zero coverage",
+          "[eval]") {
     const TemporaryFolder folder;
     const std::string dataset = record(folder.path() + "/room");
     const auto json = json_of(
@@ -162,7 +163,7 @@ TEST_CASE("a frame without depth counts as an estimate that covers nothing", "[e
     CHECK(std::stod(rows[1][6]) == 0);
 }
 
-TEST_CASE("the dump is what the loop publishes, and its scores are the metrics of it", "[eval]") {
+TEST_CASE("afterglow-eval run --dump writes the published frames and their metrics", "[eval]") {
     const TemporaryFolder folder;
     const std::string dataset = record(folder.path() + "/room");
     const std::string dump = folder.path() + "/dump";
@@ -213,7 +214,8 @@ TEST_CASE("the dump is what the loop publishes, and its scores are the metrics o
     }
 }
 
-TEST_CASE("what cannot be evaluated is told in one line, with exit status 1", "[eval]") {
+TEST_CASE("afterglow-eval run exits with 1 and one line for an input it cannot evaluate",
+          "[eval]") {
     const TemporaryFolder folder;
     const std::string dataset = record(folder.path() + "/room");
     std::string told;
@@ -252,7 +254,7 @@ TEST_CASE("what cannot be evaluated is told in one line, with exit status 1", "[
     CHECK(ended.errors.find('\n') == ended.errors.size() - 1);
 }
 
-TEST_CASE("the synthetic room is evaluated by its name, and its seed decides all", "[eval]") {
+TEST_CASE("afterglow-eval run synthetic depends on nothing but its seed", "[eval]") {
     const auto once = [](const char *seed) {
         auto json = json_of(
             run({"afterglow-eval", "run", "synthetic", "--frames", "6", "--seed", seed, "--json"}));

@@ -44,7 +44,7 @@ std::vector<std::string> play(const std::string &file, const Room &room) {
 
 } // namespace
 
-TEST_CASE("a recording gives the maps that were recorded, and says when it is over") {
+TEST_CASE("an OpenNI2 recording gives the recorded depth maps and reports its end") {
     const Room room;
     const std::string file = record(room);
     std::vector<std::string> lines = play(file, room);
@@ -60,7 +60,7 @@ TEST_CASE("a recording gives the maps that were recorded, and says when it is ov
     }
 }
 
-TEST_CASE("a recording that is cut off, or none, is refused") {
+TEST_CASE("an OpenNI2 recording that is truncated or of another format is refused") {
     const Room room;
     const std::string file = record(room);
     // What is not there of the file's end takes no space.
@@ -74,7 +74,7 @@ TEST_CASE("a recording that is cut off, or none, is refused") {
         fmt::format("refused the OpenNI2 device '{}' cannot be opened", cut)));
 }
 
-TEST_CASE("the daemon plays a recording, names its end, and begins it again") {
+TEST_CASE("the daemon plays an OpenNI2 recording, reports its end and restarts it") {
     const Room room;
     const std::string file = record(room);
     // Half of 33 ms: whatever the phase between the two is, each map belongs to an image.

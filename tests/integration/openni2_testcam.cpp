@@ -86,8 +86,8 @@ bool is_same(const std::vector<Published> &published, const std::vector<DepthMap
 
 } // namespace
 
-TEST_CASE("depth of an OpenNI2 device is published as offline, pixel for pixel, and its emitter is "
-          "off whenever the daemon says so") {
+TEST_CASE(
+    "depth of an OpenNI2 device equals the offline result, and its emitter follows the daemon") {
     const Room room(200'000'000);
     const std::vector<DepthMap> expected = offline(room);
     // A machine too busy to keep this pace drops frames, and then measures others: so five tries.
@@ -116,7 +116,8 @@ TEST_CASE("depth of an OpenNI2 device is published as offline, pixel for pixel, 
     CHECK(is_same(published, expected));
 }
 
-TEST_CASE("maps of an emitter that has not settled are dropped, and its waking is measured") {
+TEST_CASE(
+    "the daemon drops maps of an OpenNI2 emitter that still warms up and measures its latency") {
     const Room room;
     const double speed = 0.5;
     const Testcam testcam(room, speed, {{"WAKE_MS", "130"}, {"SETTLING_MAPS", "2"}});
@@ -149,7 +150,7 @@ TEST_CASE("maps of an emitter that has not settled are dropped, and its waking i
     CHECK(log.lit.back().second < std::int64_t{1} << 62);
 }
 
-TEST_CASE("an OpenNI2 device that is unplugged is named, and used again when it is back") {
+TEST_CASE("an unplugged OpenNI2 device is reported, and used again when it returns") {
     const Room room;
     const Testcam testcam(room, 1);
     Served served(configuration(room, 1, "openni2-emitter", "# loops\n"));
@@ -165,7 +166,7 @@ TEST_CASE("an OpenNI2 device that is unplugged is named, and used again when it 
     afterglow_close(stream);
 }
 
-TEST_CASE("the stream of an OpenNI2 device can be its light") {
+TEST_CASE("the OpenNI2 depth stream can serve as the illuminator switch") {
     const Room room;
     const Testcam testcam(room, 1);
     Served served(configuration(room, 1, "openni2-stream", "# loops\n"));
@@ -180,7 +181,7 @@ TEST_CASE("the stream of an OpenNI2 device can be its light") {
     CHECK(testcam.log().lit.size() >= 3);
 }
 
-TEST_CASE("without a device the daemon waits for one, and says so") {
+TEST_CASE("the daemon waits for a missing OpenNI2 device and reports it") {
     const Room room;
     const Testcam testcam(room, 1, {{"PLUGGED", "0"}});
     Served served(configuration(room, 1, "openni2-emitter", "# loops\n"));
@@ -193,7 +194,7 @@ TEST_CASE("without a device the daemon waits for one, and says so") {
     afterglow_close(stream);
 }
 
-TEST_CASE("afterglowctl lists an OpenNI2 device and its lights, and writes over no file") {
+TEST_CASE("afterglowctl probe lists an OpenNI2 device and its lights, and overwrites no file") {
     const Room room;
     const Testcam testcam(room, 1);
     const Ended devices = run({"afterglowctl", "devices"});

@@ -21,7 +21,8 @@ std::string read(const std::string &path) {
 
 } // namespace
 
-TEST_CASE("power gives tables of measured duty cycles and the page of them", "[report]") {
+TEST_CASE("afterglow-eval power prints tables of measured duty cycles and writes the page",
+          "[report]") {
     const TemporaryFolder folder;
     const Ended done = run({"afterglow-eval", "power", "synthetic", "--frames", "5", "--out",
                             folder.path() + "/report"});
@@ -34,7 +35,7 @@ TEST_CASE("power gives tables of measured duty cycles and the page of them", "[r
     CHECK(std::filesystem::exists(folder.path() + "/report/table-6.csv"));
 }
 
-TEST_CASE("the simulation of RANSAC needs no frames", "[report]") {
+TEST_CASE("afterglow-eval ransac runs without a recording", "[report]") {
     const TemporaryFolder folder;
     const Ended done = run({"afterglow-eval", "ransac", "--out", folder.path() + "/report"});
     REQUIRE(done.code == 0);
@@ -62,7 +63,7 @@ TEST_CASE("Ctrl-C leaves a valid partial report", "[report]") {
     CHECK(results.at("ransac").size() == 3);
 }
 
-TEST_CASE("the report scores what run scores", "[report]") {
+TEST_CASE("afterglow-eval report gives the same scores as afterglow-eval run", "[report]") {
     const TemporaryFolder folder;
     const std::string out = folder.path() + "/report";
     REQUIRE(run({"afterglow-eval", "power", "synthetic", "--frames", "9", "--out", out}).code == 0);
@@ -89,7 +90,7 @@ TEST_CASE("the report scores what run scores", "[report]") {
     }
 }
 
-TEST_CASE("a dataset that is not there is named, and the others are reported", "[report]") {
+TEST_CASE("afterglow-eval report names a missing dataset and reports the others", "[report]") {
     const TemporaryFolder folder;
     const Ended done = run({"afterglow-eval", "infill", folder.path() + "/nothing", "synthetic",
                             "--frames", "11", "--out", folder.path() + "/report"});

@@ -23,7 +23,7 @@ constexpr const char *desk = R"({"dataset": "desk", "preset": "default", "frames
 
 } // namespace
 
-TEST_CASE("merge makes one report of many jobs", "[report]") {
+TEST_CASE("afterglow-eval merge combines the results of several jobs", "[report]") {
     const TemporaryFolder folder;
     const auto first = folder.write("a.json", desk);
     std::string other = desk;
@@ -44,7 +44,7 @@ TEST_CASE("merge makes one report of many jobs", "[report]") {
     CHECK(read(folder.path() + "/again/index.html") == page);
 }
 
-TEST_CASE("merge names the file that it cannot read", "[report]") {
+TEST_CASE("afterglow-eval merge names a file it cannot read", "[report]") {
     const TemporaryFolder folder;
     for (const char *content : {"", "{", "[1, 2]", "{\"dataset\": 7}", "not JSON"}) {
         INFO(content);
@@ -58,7 +58,7 @@ TEST_CASE("merge names the file that it cannot read", "[report]") {
     CHECK(run({"afterglow-eval", "merge", folder.path() + "/none.json"}).code == 1);
 }
 
-TEST_CASE("jobs run under GNU parallel are merged into one report", "[report]") {
+TEST_CASE("results of jobs run by GNU parallel merge into one report", "[report]") {
     const TemporaryFolder folder;
     const std::string eval = AFTERGLOW_BIN_DIR "/afterglow-eval";
     const std::string jobs = "cd " + folder.path() + " && HOME=" + folder.path() +
@@ -75,7 +75,7 @@ TEST_CASE("jobs run under GNU parallel are merged into one report", "[report]") 
     CHECK(page.find("Evaluation at about 1 % error: afterglow") != std::string::npos);
 }
 
-TEST_CASE("jobs with different settings are told apart when they are merged", "[report]") {
+TEST_CASE("afterglow-eval merge keeps jobs with different settings apart", "[report]") {
     const TemporaryFolder folder;
     std::vector<std::string> merge = {"afterglow-eval", "merge", "--out",
                                       folder.path() + "/report"};

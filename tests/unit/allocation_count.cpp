@@ -1,45 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Every form of operator new and delete: with some replaced, AddressSanitizer's others would not
-// match.
+// Without a sanitizer the allocation functions of glibc are replaced by ones that count and then
+// call glibc's. A sanitizer has replaced them already, and calls a hook for each allocation.
 #include "tests/allocation_count.hpp"
+#include "tests/catch.hpp"
 
+#include <atomic>
+#include <cerrno>
 #include <cstdlib>
+#include <functional>
+#include <malloc.h>
+#include <memory>
 #include <new>
+#include <string>
+#include <thread>
 
-// clang's ThreadSanitizer brings operators of its own, and cannot do without: there nothing is
-// counted, and only the cases tagged [tsan] run, none of which asks.
-#if defined(__has_feature)
-#if __has_feature(thread_sanitizer)
-#define AFTERGLOW_COUNTS_NOTHING
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+#define AFTERGLOW_SANITIZED
+#elif defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+#define AFTERGLOW_SANITIZED
 #endif
 #endif
-
-#ifdef AFTERGLOW_COUNTS_NOTHING
-
-std::uint64_t allocation_count() {
-    return 0;
-}
-
-#else
 
 namespace {
 
-using Size = std::size_t;
-using Align = std::align_val_t;
-using Nothrow = std::nothrow_t;
-
-thread_local std::uint64_t allocations = 0;
-
-void *allocate(Size size, Align alignment = Align{__STDCPP_DEFAULT_NEW_ALIGNMENT__}) noexcept {
-    ++allocations;
-    const auto align = static_cast<Size>(alignment);
-    return std::aligned_alloc(align, (size + align) / align * align); // never of nothing
-}
-
-void *or_throw(void *memory) {
-    return memory != nullptr ? memory : throw std::bad_alloc();
-}
+std::atomic<std::uint64_t> allocations = 0; // constant initialised: malloc runs before main
 
 } // namespace
 
@@ -47,23 +33,95 @@ std::uint64_t allocation_count() {
     return allocations;
 }
 
-// clang-format off
-void *operator new(Size size) { return or_throw(allocate(size)); }
-void *operator new[](Size size) { return or_throw(allocate(size)); }
-void *operator new(Size size, Align align) { return or_throw(allocate(size, align)); }
-void *operator new[](Size size, Align align) { return or_throw(allocate(size, align)); }
-void *operator new(Size size, const Nothrow &) noexcept { return allocate(size); }
-void *operator new[](Size size, const Nothrow &) noexcept { return allocate(size); }
-void *operator new(Size size, Align align, const Nothrow &) noexcept { return allocate(size, align); }
-void *operator new[](Size size, Align align, const Nothrow &) noexcept { return allocate(size, align); }
-void operator delete(void *memory) noexcept { std::free(memory); }
-void operator delete[](void *memory) noexcept { std::free(memory); }
-void operator delete(void *memory, Size) noexcept { std::free(memory); }
-void operator delete[](void *memory, Size) noexcept { std::free(memory); }
-void operator delete(void *memory, Align) noexcept { std::free(memory); }
-void operator delete[](void *memory, Align) noexcept { std::free(memory); }
-void operator delete(void *memory, Size, Align) noexcept { std::free(memory); }
-void operator delete[](void *memory, Size, Align) noexcept { std::free(memory); }
-// clang-format on
+#ifdef AFTERGLOW_SANITIZED
+
+extern "C" int __sanitizer_install_malloc_and_free_hooks( // NOLINT(bugprone-reserved-identifier)
+    void (*allocated)(const volatile void *, std::size_t), void (*freed)(const volatile void *));
+
+namespace {
+
+[[maybe_unused]] const int hooks = __sanitizer_install_malloc_and_free_hooks(
+    [](const volatile void *, std::size_t) { ++allocations; }, [](const volatile void *) {});
+
+} // namespace
+
+#else
+
+// NOLINTBEGIN(bugprone-reserved-identifier)
+extern "C" void *__libc_malloc(std::size_t);
+extern "C" void *__libc_calloc(std::size_t, std::size_t);
+extern "C" void *__libc_realloc(void *, std::size_t);
+extern "C" void *__libc_memalign(std::size_t, std::size_t);
+// NOLINTEND(bugprone-reserved-identifier)
+
+#define AFTERGLOW_REPLACES extern "C" __attribute__((visibility("default")))
+
+AFTERGLOW_REPLACES void *malloc(std::size_t size) noexcept {
+    ++allocations;
+    return __libc_malloc(size);
+}
+AFTERGLOW_REPLACES void *calloc(std::size_t count, std::size_t size) noexcept {
+    ++allocations;
+    return __libc_calloc(count, size);
+}
+AFTERGLOW_REPLACES void *realloc(void *memory, std::size_t size) noexcept {
+    ++allocations;
+    return __libc_realloc(memory, size);
+}
+AFTERGLOW_REPLACES void *memalign(std::size_t alignment, std::size_t size) noexcept {
+    ++allocations;
+    return __libc_memalign(alignment, size);
+}
+AFTERGLOW_REPLACES void *aligned_alloc(std::size_t alignment, std::size_t size) noexcept {
+    ++allocations;
+    return __libc_memalign(alignment, size);
+}
+AFTERGLOW_REPLACES int posix_memalign(void **memory, std::size_t alignment,
+                                      std::size_t size) noexcept {
+    ++allocations;
+    if (alignment % sizeof(void *) != 0 || (alignment & (alignment - 1)) != 0 || alignment == 0)
+        return EINVAL;
+    void *const allocated = __libc_memalign(alignment, size);
+    if (allocated == nullptr)
+        return ENOMEM;
+    *memory = allocated;
+    return 0;
+}
 
 #endif
+
+TEST_CASE("the allocation counter counts every allocation function on every thread") {
+    struct alignas(64) Wide {
+        char bytes[64];
+    };
+    const std::pair<const char *, std::function<void *()>> ways[] = {
+        {"operator new", [] { return ::operator new(1); }},
+        {"aligned operator new", [] { return ::operator new(64, std::align_val_t{64}); }},
+        {"malloc", [] { return std::malloc(1); }},
+        {"calloc", [] { return std::calloc(1, 1); }},
+        {"realloc", [] { return std::realloc(nullptr, 1); }},
+        {"aligned_alloc", [] { return std::aligned_alloc(64, 64); }},
+        {"memalign", [] { return ::memalign(64, 64); }},
+        {"posix_memalign", [] {
+             void *memory = nullptr;
+             return ::posix_memalign(&memory, 64, 64) == 0 ? memory : nullptr;
+         }}};
+    for (const auto &[name, allocate] : ways) {
+        INFO(name);
+        void *memory = nullptr;
+        std::uint64_t before = 0, after = 0;
+        std::thread([&, allocate = &allocate] {
+            before = allocation_count();
+            memory = (*allocate)();
+            after = allocation_count();
+        }).join();
+        CHECK(memory != nullptr);
+        CHECK(after == before + 1);
+        if (std::string(name) == "aligned operator new")
+            ::operator delete(memory, std::align_val_t{64});
+        else if (std::string(name) == "operator new")
+            ::operator delete(memory);
+        else
+            std::free(memory);
+    }
+}

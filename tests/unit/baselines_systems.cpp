@@ -89,7 +89,7 @@ void check_sound(const Estimate &e) {
 
 } // namespace
 
-TEST_CASE("systems are told apart by name, the paper's own first", "[baselines]") {
+TEST_CASE("depth systems have unique names, and the paper's own comes first", "[baselines]") {
     std::set<std::string> names;
     WorkerPool pool(1);
     for (const SystemDescription &system : systems()) {
@@ -101,7 +101,7 @@ TEST_CASE("systems are told apart by name, the paper's own first", "[baselines]"
     CHECK_FALSE(find_system("papers"));
 }
 
-TEST_CASE("every system follows a camera that is walked through a room", "[baselines]") {
+TEST_CASE("every depth system follows a camera that moves through a room", "[baselines]") {
     const Walk &walk = room_walk();
     for (const SystemDescription &system : systems()) {
         INFO(system.name);
@@ -118,7 +118,7 @@ TEST_CASE("every system follows a camera that is walked through a room", "[basel
     }
 }
 
-TEST_CASE("every system gives the same bits again, with any number of workers", "[baselines]") {
+TEST_CASE("every depth system gives identical results for any number of workers", "[baselines]") {
     for (const SystemDescription &system : systems()) {
         INFO(system.name);
         const auto once = maps_of(system, 2);
@@ -127,7 +127,7 @@ TEST_CASE("every system gives the same bits again, with any number of workers", 
     }
 }
 
-TEST_CASE("a system that measures publishes the measured map as it is", "[baselines]") {
+TEST_CASE("every depth system publishes a measured map unchanged", "[baselines]") {
     const Walk &walk = room_walk();
     WorkerPool pool(1);
     for (const SystemDescription &system : systems()) {
@@ -144,8 +144,7 @@ TEST_CASE("a system that measures publishes the measured map as it is", "[baseli
     }
 }
 
-TEST_CASE("noise, blank images and depth that cannot be are survived by every system",
-          "[baselines]") {
+TEST_CASE("every depth system survives noise, blank images and impossible depth", "[baselines]") {
     const Walk &walk = room_walk();
     WorkerPool pool(2);
     const int width = walk.camera.width;
@@ -174,7 +173,7 @@ TEST_CASE("noise, blank images and depth that cannot be are survived by every sy
     }
 }
 
-TEST_CASE("depth of zeros leads no system to invent depth", "[baselines]") {
+TEST_CASE("no depth system invents depth from a map of zeros", "[baselines]") {
     const Walk &walk = room_walk();
     WorkerPool pool(1);
     for (const SystemDescription &system : systems()) {
@@ -190,8 +189,7 @@ TEST_CASE("depth of zeros leads no system to invent depth", "[baselines]") {
     }
 }
 
-TEST_CASE("the baselines made of the paper's pipeline differ from it where they should",
-          "[baselines]") {
+TEST_CASE("variants of the paper's pipeline differ from it in the replaced stage", "[baselines]") {
     const Walk &walk = room_walk();
     const auto maps = [](std::string_view name) {
         const SystemDescription *system = find_system(name);
@@ -203,17 +201,17 @@ TEST_CASE("the baselines made of the paper's pipeline differ from it where they 
     };
     const auto paper = maps("paper");
 
-    SECTION("reverse warping leaves no cracks, and fills what was hidden") {
+    SECTION("reverse warping leaves no cracks and fills disocclusions") {
         CHECK(coverage(maps("reverse-warp")) > coverage(paper));
     }
-    SECTION("the median fills cracks") {
+    SECTION("the median filter fills cracks") {
         CHECK(coverage(maps("median")) > coverage(paper));
     }
-    SECTION("Lucas-Kanade, which sees parts of a pixel, is nearer to the truth") {
+    SECTION("sub-pixel Lucas-Kanade flow lowers the error") {
         CHECK(compare_depth(maps("lk").back(), walk.depth.back()).mre <
               compare_depth(paper.back(), walk.depth.back()).mre);
     }
-    SECTION("OpenCV's odometry follows the measured map itself, without drift") {
+    SECTION("OpenCV's odometry does not drift from the measured map") {
         CHECK(compare_depth(maps("opencv-rgbd").back(), walk.depth.back()).mre < 0.6);
     }
 }

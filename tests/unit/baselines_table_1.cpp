@@ -21,7 +21,7 @@ Luma waves(double shift) {
 
 } // namespace
 
-TEST_CASE("Lucas-Kanade finds flow to a part of a pixel", "[baselines]") {
+TEST_CASE("Lucas-Kanade measures flow with sub-pixel precision", "[baselines]") {
     std::vector<Match> matches;
     place_grid({}, DepthMap(320, 240, 2000), matches);
     REQUIRE(matches.size() == 144);
@@ -34,7 +34,7 @@ TEST_CASE("Lucas-Kanade finds flow to a part of a pixel", "[baselines]") {
     }
 }
 
-TEST_CASE("points that Lucas-Kanade loses are no matches", "[baselines]") {
+TEST_CASE("points lost by Lucas-Kanade give no matches", "[baselines]") {
     std::vector<Match> matches;
     find_lucas_kanade_flow({}, waves(0), waves(0), matches);
     CHECK(matches.empty());
@@ -44,7 +44,7 @@ TEST_CASE("points that Lucas-Kanade loses are no matches", "[baselines]") {
     CHECK(matches.empty());
 }
 
-TEST_CASE("Harris' corners are those of the squares in the image", "[baselines]") {
+TEST_CASE("the Harris detector finds the corners of squares", "[baselines]") {
     Luma image(320, 240, 50);
     for (int v = 60; v < 120; ++v)
         for (int u = 80; u < 200; ++u)

@@ -22,7 +22,7 @@ const Pose step{rotation({0.01, -0.02, 0.005}), {0.2, -0.05, 0.1}};
 
 } // namespace
 
-TEST_CASE("triangulated depth is the true depth over the way between the cameras", "[baselines]") {
+TEST_CASE("two-view triangulation gives true depth up to the baseline length", "[baselines]") {
     const auto matches = exact_matches(step, 200);
     auto pairs = pairs_of(matches);
     const auto check = [&](std::size_t least) {
@@ -36,10 +36,10 @@ TEST_CASE("triangulated depth is the true depth over the way between the cameras
             CHECK(point.z * step.T.norm() == Approx(z).epsilon(0.02));
         }
     };
-    SECTION("for exact pairs") {
+    SECTION("exact correspondences") {
         check(190);
     }
-    SECTION("also when every fourth pair is wrong") {
+    SECTION("a quarter of the correspondences are outliers") {
         std::mt19937 random(1);
         std::uniform_real_distribution<float> anywhere(0, 479);
         for (std::size_t i = 0; i < pairs.size(); i += 4)
@@ -50,7 +50,7 @@ TEST_CASE("triangulated depth is the true depth over the way between the cameras
     }
 }
 
-TEST_CASE("pairs that tell of no structure give no points or finite ones", "[baselines]") {
+TEST_CASE("degenerate two-view correspondences give no points or finite ones", "[baselines]") {
     CHECK(triangulate({}, test_camera).empty());
     const auto some = pairs_of(exact_matches(step, 7));
     CHECK(triangulate(some, test_camera).empty());
@@ -65,7 +65,7 @@ TEST_CASE("pairs that tell of no structure give no points or finite ones", "[bas
         CHECK(std::isfinite(point.z));
 }
 
-TEST_CASE("the scale of a map without one is found from the truth", "[baselines]") {
+TEST_CASE("the scale of a depth map of unknown scale is fitted to the true depth", "[baselines]") {
     std::mt19937 random(1);
     DepthMap truth(64, 48);
     for (std::uint16_t &z : truth.pixels())
@@ -76,7 +76,7 @@ TEST_CASE("the scale of a map without one is found from the truth", "[baselines]
             points.push_back({{u + 0.3, v - 0.3}, truth(u, v) / 1000.0 / 0.037});
     CHECK(*fit_scale(points, truth) == Approx(0.037));
 
-    SECTION("also when a third of the points is too near, or has no true depth") {
+    SECTION("a third of the points is too near or has no true depth") {
         for (std::size_t i = 0; i < points.size(); i += 3)
             points[i].z *= 0.4;
         for (std::size_t i = 1; i < points.size(); i += 3)
@@ -84,7 +84,7 @@ TEST_CASE("the scale of a map without one is found from the truth", "[baselines]
                   static_cast<int>(points[i].pixel.y() + 1)) = 0;
         CHECK(*fit_scale(points, truth) == Approx(0.037));
     }
-    SECTION("as the least mean relative error") {
+    SECTION("the fit minimises the mean relative error") {
         for (ScenePoint &point : points)
             point.z *= std::uniform_real_distribution<double>(0.3, 3)(random);
         const auto mre = [&](double scale) {
@@ -100,7 +100,7 @@ TEST_CASE("the scale of a map without one is found from the truth", "[baselines]
         CHECK(mre(scale) <= mre(0.99 * scale));
         CHECK(mre(scale) <= mre(1.01 * scale));
     }
-    SECTION("and is not made up where there is none") {
+    SECTION("without true depth there is no scale") {
         CHECK_FALSE(fit_scale({}, truth));
         CHECK_FALSE(fit_scale(points, DepthMap(64, 48)));
     }

@@ -81,7 +81,7 @@ Pairing settling_in(int maps) {
 
 } // namespace
 
-TEST_CASE("a map that comes before its image is kept for it") {
+TEST_CASE("a depth map that arrives before its image is kept for it") {
     Fixture fixture;
     fixture.tof.maps = {{133 * ms, 1000}, {166 * ms, 2000}};
     CHECK(fixture.read(100 * ms) == Capture::none);
@@ -91,7 +91,7 @@ TEST_CASE("a map that comes before its image is kept for it") {
     CHECK(fixture.pairing.depth()(0, 0) == 2000);
 }
 
-TEST_CASE("a map that comes a second before its image, of a slow camera, is kept for it") {
+TEST_CASE("a depth map one second ahead of its image is kept at a low frame rate") {
     Pairing slow;
     slow.furthest_ahead = std::chrono::seconds(2);
     Fixture fixture(slow);
@@ -100,7 +100,7 @@ TEST_CASE("a map that comes a second before its image, of a slow camera, is kept
     CHECK(fixture.read(1100 * ms) == Capture::frame);
 }
 
-TEST_CASE("a map far ahead of its image is of a clock gone wrong") {
+TEST_CASE("a depth map far ahead of its image is discarded as a clock error") {
     Fixture fixture;
     fixture.tof.maps = {{1000 * ms}, {100 * ms}};
     CHECK(fixture.read(100 * ms) == Capture::damaged);
@@ -108,7 +108,7 @@ TEST_CASE("a map far ahead of its image is of a clock gone wrong") {
     CHECK(fixture.read(100 * ms) == Capture::frame);
 }
 
-TEST_CASE("the tolerance is as told, and a constant delay is taken off first") {
+TEST_CASE("depth pairing subtracts the constant delay and applies the configured tolerance") {
     Pairing options;
     options.tolerance = 5ms;
     options.delay = -30ms;
@@ -119,7 +119,7 @@ TEST_CASE("the tolerance is as told, and a constant delay is taken off first") {
     CHECK(fixture.tof.maps.empty());
 }
 
-TEST_CASE("a map exposed in the dark is not a measurement") {
+TEST_CASE("a depth map exposed with the light off is not a measurement") {
     Fixture fixture;
     fixture.light.since_ns = 101 * ms;
     fixture.tof.maps = {{100 * ms}, {133 * ms}};
@@ -127,7 +127,7 @@ TEST_CASE("a map exposed in the dark is not a measurement") {
     CHECK(fixture.read(133 * ms) == Capture::frame);
 }
 
-TEST_CASE("an image waits for its map as long as it is told, and no longer") {
+TEST_CASE("an image waits for its depth map no longer than configured") {
     Pairing options;
     options.wait = 20ms;
     Fixture fixture(options);
@@ -139,7 +139,7 @@ TEST_CASE("an image waits for its map as long as it is told, and no longer") {
     CHECK(hasty.tof.waited == 0ms);
 }
 
-TEST_CASE("after light on maps are passed over until two in a row agree") {
+TEST_CASE("TOF warm-up: maps are skipped until two consecutive maps agree") {
     Fixture fixture(settling_in(10));
     fixture.tof.maps = {{100 * ms, 1500, 60},
                         {133 * ms, 1900, 20},
@@ -153,7 +153,7 @@ TEST_CASE("after light on maps are passed over until two in a row agree") {
     CHECK(fixture.read(233 * ms) == Capture::frame); // the light has not gone out since
 }
 
-TEST_CASE("a map that is as expected has settled at once") {
+TEST_CASE("TOF warm-up: a map that matches the estimate is accepted at once") {
     Fixture fixture(settling_in(10));
     fixture.estimate.source = FrameSource::estimated;
     fixture.estimate.depth = fixture.estimated_map;
@@ -166,7 +166,7 @@ TEST_CASE("a map that is as expected has settled at once") {
     CHECK(fixture.read(200 * ms) == Capture::frame); // the scene has changed
 }
 
-TEST_CASE("a camera that never settles is believed in the end") {
+TEST_CASE("TOF warm-up: a map is accepted when the maximum number has been skipped") {
     Fixture fixture(settling_in(3));
     std::uint16_t depth = 1000;
     for (int image = 1; image <= 4; ++image) {
@@ -176,7 +176,7 @@ TEST_CASE("a camera that never settles is believed in the end") {
     }
 }
 
-TEST_CASE("finding an image's map allocates nothing") {
+TEST_CASE("depth pairing allocates nothing") {
     Fixture fixture(settling_in(10));
     for (int map = 1; map <= 20; ++map)
         fixture.tof.maps.push_back({map * 33 * ms, static_cast<std::uint16_t>(1000 + 100 * map)});

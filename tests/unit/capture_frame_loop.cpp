@@ -25,7 +25,7 @@ struct Fixture {
 
 } // namespace
 
-TEST_CASE("the first image is measured, and the light goes out again") {
+TEST_CASE("the frame loop measures the first image and then switches the light off") {
     Fixture fixture;
     const FrameResult first = fixture.step();
     REQUIRE(first.capture == Capture::frame);
@@ -41,7 +41,7 @@ TEST_CASE("the first image is measured, and the light goes out again") {
     CHECK_FALSE(fixture.cameras.lit);
 }
 
-TEST_CASE("the light stays on until a slow TOF camera has measured") {
+TEST_CASE("the frame loop keeps the light on until a slow TOF camera has measured") {
     Fixture fixture;
     const auto read = fixture.cameras.read_tof;
     fixture.cameras.read_tof = [](DepthFrame &) { return Capture::none; };
@@ -57,7 +57,7 @@ TEST_CASE("the light stays on until a slow TOF camera has measured") {
     CHECK_FALSE(fixture.cameras.lit);
 }
 
-TEST_CASE("in mode always-on the light is not switched between frames") {
+TEST_CASE("the frame loop never switches the light in mode always-on") {
     Fixture fixture({GateMode::always_on, 10});
     for (int frame = 0; frame < 3; ++frame) {
         CHECK(fixture.step().estimate.source == FrameSource::measured);
@@ -68,7 +68,7 @@ TEST_CASE("in mode always-on the light is not switched between frames") {
     CHECK_FALSE(fixture.cameras.lit);
 }
 
-TEST_CASE("a depth map that is all but empty is not a measurement") {
+TEST_CASE("the frame loop does not take a nearly empty depth map as a measurement") {
     Fixture fixture;
     fixture.cameras.depth_mm = 0;
     const FrameResult result = fixture.step();
@@ -89,7 +89,7 @@ TEST_CASE("a depth map that is all but empty is not a measurement") {
     CHECK(fixture.step().estimate.source == FrameSource::measured);
 }
 
-TEST_CASE("depth of another moment is not taken for this image's") {
+TEST_CASE("the frame loop does not use a depth map of another time than the image's") {
     Fixture fixture;
     const std::int64_t offset_ms = GENERATE(-16, 16, 33, 1000);
     fixture.cameras.read_tof = [&](DepthFrame &frame) {
@@ -102,7 +102,7 @@ TEST_CASE("depth of another moment is not taken for this image's") {
     CHECK(result.estimate.source == FrameSource::none);
 }
 
-TEST_CASE("old depth maps are read past to the one of this image") {
+TEST_CASE("the frame loop skips old depth maps to reach the image's own") {
     Fixture fixture;
     int maps = 0;
     fixture.cameras.read_tof = [&](DepthFrame &frame) {
@@ -114,7 +114,7 @@ TEST_CASE("old depth maps are read past to the one of this image") {
     CHECK(maps == 3);
 }
 
-TEST_CASE("frames of another size are dropped, and the next one is good") {
+TEST_CASE("the frame loop drops frames of another size and accepts the next") {
     Fixture fixture;
     const auto read_color = fixture.cameras.read_color;
     fixture.cameras.read_color = [](ColorFrame &frame) {
@@ -139,7 +139,7 @@ TEST_CASE("frames of another size are dropped, and the next one is good") {
     CHECK(fixture.step().estimate.source == FrameSource::measured);
 }
 
-TEST_CASE("an image that is not later than the one before is dropped") {
+TEST_CASE("the frame loop drops an image whose timestamp does not increase") {
     Fixture fixture;
     fixture.step();
     fixture.cameras.t_ns -= 33'000'000; // the same time again
@@ -152,7 +152,7 @@ TEST_CASE("an image that is not later than the one before is dropped") {
     CHECK(fixture.step().capture == Capture::frame);
 }
 
-TEST_CASE("depth from before a pause is not used after it") {
+TEST_CASE("the frame loop does not use depth from before a pause") {
     Fixture fixture;
     fixture.step();
     fixture.loop.stop();
@@ -163,7 +163,7 @@ TEST_CASE("depth from before a pause is not used after it") {
     CHECK(fixture.step().estimate.source == FrameSource::none);
 }
 
-TEST_CASE("the mode survives a pause") {
+TEST_CASE("the gate's mode survives a pause of the frame loop") {
     Fixture fixture;
     fixture.loop.gate().set_mode(GateMode::off);
     fixture.loop.stop();
@@ -171,7 +171,7 @@ TEST_CASE("the mode survives a pause") {
     CHECK(fixture.loop.gate().mode() == GateMode::off);
 }
 
-TEST_CASE("when one source does not start, neither runs") {
+TEST_CASE("when one of the two cameras does not start, neither runs") {
     FakeCameras cameras;
     cameras.tof_starts = Error{"no TOF camera", 0};
     Rig rig = cameras.rig();
@@ -183,7 +183,7 @@ TEST_CASE("when one source does not start, neither runs") {
     CHECK_FALSE(cameras.color_running);
 }
 
-TEST_CASE("a light that does not obey is a lost TOF camera") {
+TEST_CASE("a light that cannot be switched counts as a lost TOF camera") {
     Fixture fixture;
     fixture.cameras.light_obeys = Error{"the light is stuck", 0};
     const FrameResult result = fixture.step();
@@ -193,7 +193,7 @@ TEST_CASE("a light that does not obey is a lost TOF camera") {
     CHECK(result.problem == "the light is stuck");
 }
 
-TEST_CASE("the light is out when the colour camera is gone") {
+TEST_CASE("the light is switched off when the colour camera is lost") {
     Fixture fixture;
     fixture.cameras.read_tof = [](DepthFrame &) { return Capture::none; };
     fixture.step();
@@ -204,7 +204,7 @@ TEST_CASE("the light is out when the colour camera is gone") {
     CHECK_FALSE(fixture.cameras.lit);
 }
 
-TEST_CASE("a turn of the loop allocates nothing") {
+TEST_CASE("an iteration of the frame loop allocates nothing") {
     Fixture fixture({GateMode::interval, 3});
     for (int frame = 0; frame < 5; ++frame)
         fixture.step();

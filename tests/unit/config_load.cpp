@@ -59,7 +59,7 @@ TEST_CASE("a configuration with only the drivers has every default") {
     CHECK(config->gate.mode == GateMode::automatic);
 }
 
-TEST_CASE("every section of a configuration file is taken") {
+TEST_CASE("every section of a configuration file is read") {
     const File file(drivers + "[synthetic]\nfps = 15\nnoise = false\nseed = 7\n"
                               "[estimator]\npreset = \"paper\"\nransac = { draws = 50 }\n"
                               "[estimator.flow]\nblock = 9\n"
@@ -79,7 +79,7 @@ TEST_CASE("every section of a configuration file is taken") {
     CHECK(config->daemon.bus == "session");
 }
 
-TEST_CASE("the path of a recording starts at the folder of the configuration") {
+TEST_CASE("a relative recording path is resolved against the configuration's folder") {
     const std::string replay = "color.driver = \"replay\"\ntof.driver = \"replay\"\n"
                                "illuminator.driver = \"replay\"\n";
     const File relative(replay + "replay.path = \"room\"\n");
@@ -88,7 +88,7 @@ TEST_CASE("the path of a recording starts at the folder of the configuration") {
     CHECK(load_config(absolute.path())->replay.path == "/data/room");
 }
 
-TEST_CASE("a configuration that cannot be read says why") {
+TEST_CASE("a configuration that cannot be read is reported with the reason") {
     const Result<Config> missing = load_config("/nonexistent/a.toml");
     REQUIRE_FALSE(missing);
     CHECK(missing.error().message ==
@@ -107,7 +107,7 @@ TEST_CASE("a configuration that cannot be read says why") {
     }
 }
 
-TEST_CASE("an empty configuration misses its three drivers") {
+TEST_CASE("an empty configuration is refused for its three missing drivers") {
     CHECK(problems("") ==
           "a.toml:1: color.driver: is missing (one of synthetic, replay, v4l2, libcamera)\n"
           "a.toml:1: tof.driver: is missing (one of synthetic, replay, v4l2, openni2)\n"
@@ -115,14 +115,14 @@ TEST_CASE("an empty configuration misses its three drivers") {
           "led, gpio, openni2-emitter, openni2-stream)");
 }
 
-TEST_CASE("an unknown driver is answered with those of this build") {
+TEST_CASE("an unknown driver is refused with the list of built drivers") {
     CHECK(problems("color.driver = \"v4l3\"\ntof.driver = \"synthetic\"\n"
                    "illuminator.driver = \"synthetic\"\n") ==
           "a.toml:1: color.driver: \"v4l3\" is not allowed (one of synthetic, replay, v4l2, "
           "libcamera)");
 }
 
-TEST_CASE("real cameras are taken with all that they need") {
+TEST_CASE("a configuration of real cameras is read completely") {
     const File file("[color]\ndriver = \"v4l2\"\ndevice = \"cam\"\nfx = 500\nfy = 501\nfps = 60\n"
                     "[tof]\ndriver = \"openni2\"\npairing_tolerance_ms = 5\n"
                     "[illuminator]\ndriver = \"openni2-emitter\"\nproperty = 0x12000008\n"
@@ -139,7 +139,7 @@ TEST_CASE("real cameras are taken with all that they need") {
     CHECK(config->illuminator.payload == EmitterPayload::i32);
 }
 
-TEST_CASE("what a real device cannot do without is asked for") {
+TEST_CASE("a configuration of a real camera is refused when a required key is missing") {
     CHECK(problems("color.driver = \"v4l2\"\ntof.driver = \"v4l2\"\n"
                    "illuminator.driver = \"v4l2-control\"\n") ==
           "a.toml:3: color.device: is missing (afterglowctl devices lists them)\n"
@@ -157,7 +157,7 @@ TEST_CASE("what a real device cannot do without is asked for") {
           "openni2");
 }
 
-TEST_CASE("images of a recording go with depth of a real camera, but not the other way round") {
+TEST_CASE("recorded images may go with a real TOF camera, but not the reverse") {
     const std::string folder = "replay.path = \"room\"\n";
     CHECK(problems(folder + "color.driver = \"replay\"\ntof.driver = \"openni2\"\n"
                             "illuminator.driver = \"none\"\n")
@@ -170,7 +170,7 @@ TEST_CASE("images of a recording go with depth of a real camera, but not the oth
               .find("must be the same") != std::string::npos);
 }
 
-TEST_CASE("devices that are one cannot be mixed") {
+TEST_CASE("a configuration cannot mix the synthetic or replay device with others") {
     CHECK(problems("color.driver = \"replay\"\ntof.driver = \"replay\"\n"
                    "illuminator.driver = \"synthetic\"\n") ==
           "a.toml:3: color.driver, tof.driver, illuminator.driver: must be the same, because "
@@ -178,13 +178,13 @@ TEST_CASE("devices that are one cannot be mixed") {
           "replay)");
 }
 
-TEST_CASE("a replay needs a recording") {
+TEST_CASE("a configuration with the replay driver needs a recording") {
     CHECK(problems("color.driver = \"replay\"\ntof.driver = \"replay\"\n"
                    "illuminator.driver = \"replay\"\n") ==
           "a.toml:3: replay.path: is missing (the folder of a recording)");
 }
 
-TEST_CASE("a misspelt key is answered with the nearest") {
+TEST_CASE("a misspelt configuration key is refused with the nearest known key") {
     CHECK(problems(drivers + "[gate]\nmodus = \"auto\"\n") ==
           "a.toml:8: gate.modus: there is no such key, did you mean \"gate.mode\"?");
     CHECK(problems(drivers + "[estimator.ransac]\ntreshold = 4\n") ==
@@ -195,7 +195,8 @@ TEST_CASE("a misspelt key is answered with the nearest") {
     CHECK(problems(drivers + "[zzzzzzzzzz]\n") == "a.toml:7: zzzzzzzzzz: there is no such table");
 }
 
-TEST_CASE("a value of the wrong type or out of range is answered with what is allowed") {
+TEST_CASE(
+    "a configuration value of wrong type or out of range is refused with the allowed values") {
     const auto [line, answer] = GENERATE(table<std::string, std::string>({
         {"daemon.workers = \"two\"", "daemon.workers: \"two\" is not allowed (an integer from 1 "
                                      "to 64 threads)"},
@@ -227,13 +228,13 @@ TEST_CASE("a value of the wrong type or out of range is answered with what is al
     CHECK(problems(line + "\n" + drivers) == "a.toml:1: " + answer);
 }
 
-TEST_CASE("all problems of a configuration are told, in the order of its lines") {
+TEST_CASE("all problems of a configuration are reported in line order") {
     CHECK(problems("synthetic.fps = 0\ndaemon.workers = 0\n" + drivers) ==
           "a.toml:1: synthetic.fps: 0 is not allowed (a number from 1 to 1000 frames a second)\n"
           "a.toml:2: daemon.workers: 0 is not allowed (an integer from 1 to 64 threads)");
 }
 
-TEST_CASE("text that is not TOML is told with its line") {
+TEST_CASE("a TOML syntax error is reported with its line") {
     CHECK(problems(drivers + "[gate\n").find("a.toml:7: ") == 0);
     CHECK(problems(drivers + "[gate]\nmode = \"auto\"\nmode = \"off\"\n").find("a.toml:9: ") == 0);
     CHECK(problems(drivers + drivers).find("a.toml:7: ") == 0);

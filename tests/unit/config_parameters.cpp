@@ -54,7 +54,7 @@ TEST_CASE("parameters of estimator and gate are set from text") {
     CHECK(gate.interval_frames == 3);
 }
 
-TEST_CASE("a parameter that cannot be set says why and is left as it was") {
+TEST_CASE("setting a parameter to an invalid value reports why and changes nothing") {
     CHECK(set_error("ransac.treshold", "4") == "ransac.treshold: there is no such parameter, did "
                                                "you mean \"ransac.threshold\"?");
     CHECK(set_error("ransac.threshold", "4x") ==
@@ -68,7 +68,7 @@ TEST_CASE("a parameter that cannot be set says why and is left as it was") {
     CHECK(estimator.flow.grid == EstimatorOptions{}.flow.grid);
 }
 
-TEST_CASE("the names of the gate's modes are those of the core") {
+TEST_CASE("the configuration accepts exactly the gate's mode names") {
     for (const auto &parameter : estimator_parameters()) {
         if (parameter.key != "gate.mode")
             continue;
@@ -78,12 +78,12 @@ TEST_CASE("the names of the gate's modes are those of the core") {
     }
 }
 
-TEST_CASE("every preset named in the configuration exists") {
+TEST_CASE("every estimator preset accepted by the configuration exists") {
     for (const std::string_view name : estimator_preset_names())
         CHECK(estimator_preset(name));
 }
 
-TEST_CASE("the defaults lie within what is allowed") {
+TEST_CASE("every parameter's default lies within its range") {
     Config config;
     const Tuning tuning{config.estimator, config.gate};
     const auto check = [](const Field &field, const Allowed &allowed, std::string_view key) {
@@ -101,7 +101,7 @@ TEST_CASE("the defaults lie within what is allowed") {
         check(parameter.field(tuning), parameter.allowed, parameter.key);
 }
 
-TEST_CASE("the shipped configuration loads, shows every key, and shows its default") {
+TEST_CASE("the shipped afterglowd.toml loads and shows every key with its default") {
     const std::string path = AFTERGLOW_SOURCE_DIR "/config/afterglowd.toml";
     Result<Config> loaded = load_config(path);
     REQUIRE(loaded);

@@ -30,7 +30,7 @@ DepthMap step() {
 
 } // namespace
 
-TEST_CASE("pixels know how far they are from the next depth edge", "[core]") {
+TEST_CASE("the depth surface knows each pixel's distance to the nearest depth edge", "[core]") {
     const DepthSurface surface = surface_of(step());
     for (int u = 0; u < camera.width; ++u) {
         const int distance = u < 50 ? 50 - u : u - 49;
@@ -38,7 +38,7 @@ TEST_CASE("pixels know how far they are from the next depth edge", "[core]") {
     }
 }
 
-TEST_CASE("a slope is no edge, and neither is a hole inside a surface", "[core]") {
+TEST_CASE("the depth surface sees no depth edge in a slope or around a hole", "[core]") {
     DepthMap map(camera.width, camera.height);
     for (int v = 0; v < camera.height; ++v)
         for (int u = 0; u < camera.width; ++u)
@@ -51,7 +51,7 @@ TEST_CASE("a slope is no edge, and neither is a hole inside a surface", "[core]"
     CHECK(surface.z()(31, 20) == 0.0f);
 }
 
-TEST_CASE("smoothing takes noise away, and nothing across an edge", "[core]") {
+TEST_CASE("depth smoothing removes noise but does not cross depth edges", "[core]") {
     std::mt19937 random(5);
     std::normal_distribution<double> noise(0, 4);
     DepthMap map = step();
@@ -70,7 +70,8 @@ TEST_CASE("smoothing takes noise away, and nothing across an edge", "[core]") {
             REQUIRE(surface.z()(u, v) == Approx(u < 50 ? 1 : 2).margin(0.03));
 }
 
-TEST_CASE("readings that are none are left out, and the share of the rest is told", "[core]") {
+TEST_CASE("the depth surface ignores invalid pixels and reports the share of valid ones",
+          "[core]") {
     DepthMap map(camera.width, camera.height, std::uint16_t{1000});
     for (int v = 0; v < camera.height; ++v) {
         map(0, v) = 0;
@@ -83,7 +84,7 @@ TEST_CASE("readings that are none are left out, and the share of the rest is tol
         CHECK(surface.z()(u, 35) == 0.0f);
 }
 
-TEST_CASE("readings are made true depths by the calibration", "[core]") {
+TEST_CASE("the depth surface applies the depth correction", "[core]") {
     DepthCorrection calibration;
     calibration.shape = {0.1f, -0.05f, 0.02f};
     const DepthSurface surface =
@@ -95,7 +96,7 @@ TEST_CASE("readings are made true depths by the calibration", "[core]") {
     }
 }
 
-TEST_CASE("tiles tell between which depths they lie", "[core]") {
+TEST_CASE("depth surface tiles hold their nearest and farthest depth", "[core]") {
     DepthMap map = step();
     for (int v = 0; v < DepthSurface::tile_height; ++v)
         for (int u = DepthSurface::tile_width; u < camera.width; ++u)
@@ -107,7 +108,7 @@ TEST_CASE("tiles tell between which depths they lie", "[core]") {
     CHECK(surface.tiles()(1, 1).nearest == Approx(2));
 }
 
-TEST_CASE("any number of workers builds the same surface", "[core]") {
+TEST_CASE("the depth surface is identical for any number of workers", "[core]") {
     const DepthSurface one = surface_of(step()), three = surface_of(step(), {}, {}, 3);
     for (int v = 0; v < camera.height; ++v)
         for (int u = 0; u < camera.width; ++u)

@@ -61,7 +61,7 @@ struct Pair {
 
 } // namespace
 
-TEST_CASE("an image is aligned to a small part of a pixel", "[core]") {
+TEST_CASE("direct alignment is accurate to a fraction of a pixel", "[core]") {
     const Pair pair(GENERATE(1, 4, 8));
     REQUIRE(pair.error_px(Pose::identity()) > 0.5);
     const Alignment alignment = pair.align();
@@ -70,7 +70,7 @@ TEST_CASE("an image is aligned to a small part of a pixel", "[core]") {
     CHECK(alignment.inlier_share > 0.8f);
 }
 
-TEST_CASE("another exposure is told from another pose", "[core]") {
+TEST_CASE("direct alignment separates a change of exposure from a change of pose", "[core]") {
     Pair pair(4);
     for (std::uint8_t &grey : pair.luma.pixels())
         grey = static_cast<std::uint8_t>(std::min(255.0, 20 + 0.8 * grey));
@@ -82,7 +82,7 @@ TEST_CASE("another exposure is told from another pose", "[core]") {
     CHECK(alignment.gain * 100 + alignment.offset == Approx(100).margin(3));
 }
 
-TEST_CASE("what stands before a third of the picture does not pull the pose", "[core]") {
+TEST_CASE("direct alignment is robust to an occluder over a third of the image", "[core]") {
     Pair pair(4);
     for (int v = 0; v < options.height; ++v)
         for (int u = 60; u < 60 + options.width / 3; ++u)
@@ -93,13 +93,13 @@ TEST_CASE("what stands before a third of the picture does not pull the pose", "[
     CHECK(alignment.inlier_share < 0.85f);
 }
 
-TEST_CASE("a picture of nothing is not taken for this place", "[core]") {
+TEST_CASE("direct alignment rejects a uniform image", "[core]") {
     Pair pair(1);
     std::ranges::fill(pair.luma.pixels(), std::uint8_t{90});
     CHECK_FALSE(pair.align().good);
 }
 
-TEST_CASE("other places are not taken for this one", "[core]") {
+TEST_CASE("direct alignment rejects images of other scenes", "[core]") {
     Pair pair(1);
     for (std::uint64_t seed = 100; seed < 130; ++seed) {
         SyntheticOptions other = options;
@@ -111,7 +111,7 @@ TEST_CASE("other places are not taken for this one", "[core]") {
     }
 }
 
-TEST_CASE("residuals are those of a plain computation", "[core]") {
+TEST_CASE("direct alignment's residuals equal a reference computation", "[core]") {
     const Pair pair(4);
     const Intrinsics &full = pair.truth.intrinsics();
     Pyramid image(full.width, full.height, TemplateOptions{}.coarsest_level);

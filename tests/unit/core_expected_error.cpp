@@ -53,19 +53,20 @@ double sampled(const Eigen::Vector3d &n, const Eigen::Matrix<double, 6, 1> &devi
 
 } // namespace
 
-TEST_CASE("the covariance of a pose is carried into depth as samples of it are", "[core]") {
+TEST_CASE("depth error propagated from the pose covariance agrees with Monte Carlo samples",
+          "[core]") {
     const Eigen::Vector3d n = GENERATE(Eigen::Vector3d{0, 0, 0.5}, Eigen::Vector3d{0.25, 0.1, 0.4});
     Eigen::Matrix<double, 6, 1> deviations = Eigen::Matrix<double, 6, 1>::Zero();
-    SECTION("forwards") {
+    SECTION("translation along the optical axis") {
         deviations[2] = 0.01;
     }
-    SECTION("sideways") {
+    SECTION("translation along the image") {
         deviations[0] = 0.01;
     }
-    SECTION("turning") {
+    SECTION("rotation") {
         deviations[4] = 0.005;
     }
-    SECTION("all of it") {
+    SECTION("translation and rotation") {
         deviations << 0.004, 0.006, 0.003, 0.002, 0.004, 0.003;
     }
     const Eigen::Matrix<double, 6, 6> C = deviations.array().square().matrix().asDiagonal();
@@ -74,7 +75,8 @@ TEST_CASE("the covariance of a pose is carried into depth as samples of it are",
     CHECK(error.pose_relative == Approx(sampled(n, deviations)).epsilon(0.1).margin(2e-4));
 }
 
-TEST_CASE("a pose that is known costs no depth, and motion shifts pixels by its share", "[core]") {
+TEST_CASE("the expected error of an exactly known pose is zero, and of motion proportional to it",
+          "[core]") {
     const DepthSurface surface = plane({0, 0, 0.5});
     const auto known = Eigen::Matrix<float, 6, 6>::Zero();
     const MapError still = map_error(surface, camera, Pose::identity(), known, ErrorOptions{});
@@ -87,7 +89,7 @@ TEST_CASE("a pose that is known costs no depth, and motion shifts pixels by its 
     CHECK(error.shift_px == Approx(13 * ErrorOptions{}.intrinsics).epsilon(0.01));
 }
 
-TEST_CASE("a pixel's error falls with its distance from an edge and grows with noise", "[core]") {
+TEST_CASE("the expected error of a pixel falls with edge distance and grows with noise", "[core]") {
     DepthMap map(camera.width, camera.height, std::uint16_t{2000});
     for (int v = 60; v < 180; ++v)
         for (int u = 80; u < 240; ++u)
@@ -104,7 +106,7 @@ TEST_CASE("a pixel's error falls with its distance from an edge and grows with n
     CHECK(pixel_error(error, noise, 0.7f, 4.0f, 7) > pixel_error(error, noise, 0.7f, 1.0f, 7));
 }
 
-TEST_CASE("a view in which nothing of a map lies has no error to tell of", "[core]") {
+TEST_CASE("the expected error is finite when no pixel of the map is in view", "[core]") {
     const MapError error =
         map_error(plane({0, 0, 0.5}), camera, Pose{Eigen::Matrix3d::Identity(), {50, 0, 0}},
                   Eigen::Matrix<float, 6, 6>::Identity(), ErrorOptions{});

@@ -59,21 +59,21 @@ std::vector<bool> lit_images(Gate &gate, int frames, int latency, Estimates &&es
 
 } // namespace
 
-TEST_CASE("the gate's modes have the names shown to people", "[core]") {
+TEST_CASE("the gate's modes convert to their names and back", "[core]") {
     for (const char *name : {"auto", "always-on", "interval", "off"})
         CHECK(to_string(*gate_mode_from_string(name)) == name);
     CHECK_FALSE(gate_mode_from_string("automatic"));
     CHECK_FALSE(gate_mode_from_string(""));
 }
 
-TEST_CASE("the first frame is measured, but in mode off", "[core]") {
+TEST_CASE("the gate asks for the first frame in every mode except off", "[core]") {
     CHECK(Gate({.mode = GateMode::automatic}).wants_light(good));
     CHECK(Gate({.mode = GateMode::always_on}).wants_light(good));
     CHECK(Gate({.mode = GateMode::interval}).wants_light(good));
     CHECK_FALSE(Gate({.mode = GateMode::off}).wants_light(bad));
 }
 
-TEST_CASE("an automatic gate asks when the estimator does, until it is served", "[core]") {
+TEST_CASE("the gate in mode auto passes on the estimator's request until measured", "[core]") {
     Gate gate = measured_gate({.mode = GateMode::automatic});
     CHECK_FALSE(gate.wants_light(good));
     CHECK(gate.wants_light(bad));
@@ -82,7 +82,7 @@ TEST_CASE("an automatic gate asks when the estimator does, until it is served", 
     CHECK_FALSE(gate.wants_light(good));
 }
 
-TEST_CASE("an interval gate asks every so many frames, whatever the estimate", "[core]") {
+TEST_CASE("the gate in mode interval asks at fixed intervals whatever the estimate", "[core]") {
     Gate gate = measured_gate({.mode = GateMode::interval, .interval_frames = 3});
     CHECK_FALSE(gate.wants_light(bad));
     CHECK_FALSE(gate.wants_light(bad));
@@ -91,7 +91,7 @@ TEST_CASE("an interval gate asks every so many frames, whatever the estimate", "
     CHECK_FALSE(gate.wants_light(good));
 }
 
-TEST_CASE("an always-on gate keeps its light", "[core]") {
+TEST_CASE("the gate in mode always-on keeps the light on", "[core]") {
     Gate gate = measured_gate({.mode = GateMode::always_on});
     CHECK(gate.keeps_light());
     CHECK(gate.wants_light(good));
@@ -100,25 +100,25 @@ TEST_CASE("an always-on gate keeps its light", "[core]") {
     CHECK_FALSE(gate.wants_light(bad));
 }
 
-TEST_CASE("an expected error past the target lights, one within it does not", "[core]") {
+TEST_CASE("the gate lights when the expected error exceeds the target", "[core]") {
     Gate gate = measured_gate({.target_mre = 1.2});
     CHECK_FALSE(gate.wants_light(expecting(1.19)));
     CHECK(gate.wants_light(expecting(1.21)));
 }
 
-TEST_CASE("no light is wasted where a measurement would be hardly better", "[core]") {
+TEST_CASE("the gate does not light when a measurement would hardly improve the error", "[core]") {
     Gate gate = measured_gate({.target_mre = 1.2, .worthwhile = 75});
     CHECK_FALSE(gate.wants_light(expecting(2.0, 100, 1.6)));
     CHECK(gate.wants_light(expecting(2.0, 100, 1.4)));
 }
 
-TEST_CASE("lost coverage lights even if what is left is good", "[core]") {
+TEST_CASE("the gate lights when coverage falls below its floor", "[core]") {
     Gate gate = measured_gate({.coverage_floor = 70});
     CHECK_FALSE(gate.wants_light(expecting(0.1, 71)));
     CHECK(gate.wants_light(expecting(0.1, 69)));
 }
 
-TEST_CASE("an estimate that predicts nothing lights only when it asks", "[core]") {
+TEST_CASE("the gate lights an estimate without expected error only on its request", "[core]") {
     Gate gate = measured_gate({});
     Estimate silent = expecting(-1, 0);
     CHECK_FALSE(gate.wants_light(silent));
@@ -126,7 +126,7 @@ TEST_CASE("an estimate that predicts nothing lights only when it asks", "[core]"
     CHECK(gate.wants_light(silent));
 }
 
-TEST_CASE("measurements keep the shortest and the longest interval", "[core]") {
+TEST_CASE("the gate respects the shortest and longest interval between measurements", "[core]") {
     Gate gate = measured_gate({.shortest_interval_frames = 4, .longest_interval_frames = 9});
     CHECK(first_lit(gate, 100, [](int) { return bad; }) == 4);
     gate.measured();
@@ -142,25 +142,25 @@ TEST_CASE("the gate learns how long a measurement takes to arrive", "[core]") {
     CHECK(gate.wake_latency_frames() == 0);
 }
 
-TEST_CASE("a slow TOF camera is lit so early that its map arrives in time", "[core]") {
+TEST_CASE("the gate lights early by the TOF camera's wake latency", "[core]") {
     const int latency = GENERATE(1, 3, 5);
     INFO(latency);
-    SECTION("for the interval") {
+    SECTION("in mode interval") {
         Gate gate = measured_gate({.mode = GateMode::interval, .interval_frames = 10}, latency);
         CHECK(first_lit(gate, 100, [](int) { return good; }) == 10 - latency);
     }
-    SECTION("for the longest interval") {
+    SECTION("at the longest interval") {
         Gate gate = measured_gate({.longest_interval_frames = 30}, latency);
         CHECK(first_lit(gate, 100, [](int) { return expecting(0.1); }) == 30 - latency);
     }
-    SECTION("for an error that grows evenly") {
+    SECTION("for a linearly growing error") {
         Gate gate = measured_gate({.target_mre = 1.2}, latency);
         // 1.2 % is passed with image 21.
         const int lit = first_lit(gate, 100, [](int k) { return expecting(0.2 + 0.05 * k); });
         CHECK(lit >= 21 - latency - 1);
         CHECK(lit <= 21 - latency + 1);
     }
-    SECTION("for coverage that shrinks evenly") {
+    SECTION("for linearly shrinking coverage") {
         Gate gate = measured_gate({.coverage_floor = 70}, latency);
         // 70 % is left with image 16.
         const int lit = first_lit(gate, 100, [](int k) { return expecting(0.1, 101.5 - 2 * k); });
@@ -169,12 +169,12 @@ TEST_CASE("a slow TOF camera is lit so early that its map arrives in time", "[co
     }
 }
 
-TEST_CASE("an error that shrinks is not expected to grow", "[core]") {
+TEST_CASE("the gate does not extrapolate a falling error upwards", "[core]") {
     Gate gate = measured_gate({.target_mre = 1.2}, 5);
     CHECK(first_lit(gate, 50, [](int k) { return expecting(1.1 - 0.01 * k); }) == 0);
 }
 
-TEST_CASE("the light never takes more of the long run than its budget", "[core]") {
+TEST_CASE("the gate's duty cycle stays within its budget in the long run", "[core]") {
     const double budget = GENERATE(2.0, 5.0, 20.0, 50.0);
     const int latency = GENERATE(0, 1, 4, 10);
     const int demand = GENERATE(0, 1, 2);
@@ -199,7 +199,7 @@ TEST_CASE("the light never takes more of the long run than its budget", "[core]"
     CHECK(static_cast<double>(used) > 0.5 * budget / 100 * frames / (demand == 0 ? 1 : 5));
 }
 
-TEST_CASE("a spent budget lights in bursts, and does not flap", "[core]") {
+TEST_CASE("the gate with an exhausted duty-cycle budget lights in bursts", "[core]") {
     const GatePolicy policy{.duty_cycle_budget = 10, .budget_burst = 8};
     Gate gate(policy);
     const auto lit = lit_images(gate, 2'000, 0, [](int) { return bad; });
@@ -211,7 +211,7 @@ TEST_CASE("a spent budget lights in bursts, and does not flap", "[core]") {
     CHECK(changes <= 2 * (used / 3 + 1));
 }
 
-TEST_CASE("a gate without demand saves no more than its burst", "[core]") {
+TEST_CASE("the gate saves no more unused duty-cycle budget than one burst", "[core]") {
     const GatePolicy policy{
         .longest_interval_frames = 100'000, .duty_cycle_budget = 10, .budget_burst = 6};
     Gate gate = measured_gate(policy);
@@ -226,7 +226,7 @@ TEST_CASE("a gate without demand saves no more than its burst", "[core]") {
     CHECK(row <= 7);
 }
 
-TEST_CASE("the first measurement is never refused by the budget", "[core]") {
+TEST_CASE("the gate's duty-cycle budget never refuses the first measurement", "[core]") {
     Gate gate({.duty_cycle_budget = 0.01, .budget_burst = 1});
     for (int k = 0; k < 50; ++k)
         CHECK(gate.wants_light(bad)); // a camera that takes its time

@@ -118,15 +118,15 @@ void fuzz(int w, int h) {
 
 } // namespace
 
-TEST_CASE("no image and no depth map leads to a NaN", "[core]") {
+TEST_CASE("the keyframe pipeline gives no NaN for random images and depth maps", "[core]") {
     fuzz(160, 120);
 }
 
-TEST_CASE("nor does one of an odd size", "[core]") {
+TEST_CASE("the keyframe pipeline gives no NaN for images of odd width and height", "[core]") {
     fuzz(97, 61);
 }
 
-TEST_CASE("pictures of any size are composed of several maps", "[core]") {
+TEST_CASE("the keyframe pipeline composes several maps at any image size", "[core]") {
     // Square ones, and just below where a grid of samples would be coarser.
     const auto [width, height] =
         GENERATE(std::pair(95, 95), std::pair(143, 143), std::pair(64, 48));
@@ -139,7 +139,7 @@ TEST_CASE("pictures of any size are composed of several maps", "[core]") {
     }
 }
 
-TEST_CASE("nor do clocks that stand or leap", "[core]") {
+TEST_CASE("the keyframe pipeline gives no NaN for timestamps that repeat or jump", "[core]") {
     const Film scene = film_room(160, 120, 4);
     WorkerPool pool(1);
     const auto pipeline = pipeline_factory({}, pool)(scene.camera);

@@ -9,8 +9,8 @@
 #include "drivers/simulated/synthetic/noise.hpp"
 #include "tests/catch.hpp"
 #include "tests/film.hpp"
+#include "tests/skip.hpp"
 
-#include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
@@ -133,14 +133,12 @@ Walk walk(double along) {
     return walk;
 }
 
-/// Ten frames of a recording; nothing where it is not there.
+/// Ten frames of a recording; nothing, and the test case counts as skipped, when it is missing.
 std::optional<Film> recorded(const std::string &name) {
-    const std::string folder = AFTERGLOW_SOURCE_DIR "/../shared/data/" + name;
-    if (!std::filesystem::exists(folder)) {
-        WARN("skipped: there is no " << name << " in ../shared/data");
+    const auto folder = recording_or_skip(name);
+    if (!folder)
         return std::nullopt;
-    }
-    const auto recording = open_recording(folder);
+    const auto recording = open_recording(*folder);
     REQUIRE(recording);
     Film seen{recording->camera, {}, {}};
     for (std::size_t k = 0; k < 10; ++k) {
@@ -155,31 +153,31 @@ std::optional<Film> recorded(const std::string &name) {
 
 } // namespace
 
-TEST_CASE("depth that went out of range is filled in", "[core]") {
+TEST_CASE("keyframe infill fills depth beyond the range (synthetic)", "[core]") {
     const Walk back = walk(-0.3);
     const DepthMap &truth = back.exact.depth.back();
     check(infill(back.sensor, truth, further_than(median_depth(truth))), out_of_range_mre, 0.75);
 }
 
-TEST_CASE("depth where the sensor saturates is filled in", "[core]") {
+TEST_CASE("keyframe infill fills saturated depth (synthetic)", "[core]") {
     const Walk forth = walk(0.3);
     check(infill(forth.sensor, forth.exact.depth.back(), saturated(forth.sensor.camera)),
           saturation_mre, 0.9);
 }
 
-TEST_CASE("so is depth out of range in real frames", "[core]") {
+TEST_CASE("keyframe infill fills depth beyond the range (real recording)", "[core]") {
     if (const auto seen = recorded("7scenes_redkitchen")) {
         const DepthMap &truth = seen->depth.back();
         check(infill(*seen, truth, further_than(median_depth(truth))), out_of_range_mre, 0.6);
     }
 }
 
-TEST_CASE("and depth where the sensor saturates", "[core]") {
+TEST_CASE("keyframe infill fills saturated depth (real recording)", "[core]") {
     if (const auto seen = recorded("7scenes_redkitchen"))
         check(infill(*seen, seen->depth.back(), saturated(seen->camera)), saturation_mre, 0.6);
 }
 
-TEST_CASE("nothing is invented where no map has ever seen", "[core]") {
+TEST_CASE("keyframe infill invents no depth that no map has measured", "[core]") {
     const Film room = film_room(160, 120, 1);
     Viewer viewer(room);
     viewer.track(0);

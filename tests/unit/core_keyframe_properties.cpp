@@ -61,7 +61,7 @@ const Film &room() {
 
 } // namespace
 
-TEST_CASE("the estimate follows a hand-held camera in a room", "[core]") {
+TEST_CASE("the keyframe pipeline follows a hand-held camera", "[core]") {
     const Answer end = answer(room(), forwards());
     const DepthErrors errors = compare_depth(end.depth, room().depth.back());
     CHECK(errors.mre < 0.5);
@@ -69,7 +69,7 @@ TEST_CASE("the estimate follows a hand-held camera in a room", "[core]") {
     CHECK(end.pose.T.norm() > 0.02); // it has moved, so there was something to follow
 }
 
-TEST_CASE("where in the world it all happens does not matter", "[core]") {
+TEST_CASE("the keyframe pipeline is invariant to the world coordinate frame", "[core]") {
     const SyntheticOptions options{.width = 320, .height = 240, .noise = false, .motion = 2};
     SyntheticWorld moved = make_world(options);
     const Pose shift{rotation({0.4, -1.1, 0.3}), {3, -2, 5}};
@@ -80,7 +80,7 @@ TEST_CASE("where in the world it all happens does not matter", "[core]") {
                answer(room(), forwards()));
 }
 
-TEST_CASE("a mirrored world gives the mirrored map and motion", "[core]") {
+TEST_CASE("the keyframe pipeline mirrors its result for a mirrored scene", "[core]") {
     const Answer plain = answer(room(), forwards());
     const Answer seen = answer(mirrored(room()), forwards());
     const Eigen::Vector3d flip(-1, 1, 1);
@@ -91,7 +91,7 @@ TEST_CASE("a mirrored world gives the mirrored map and motion", "[core]") {
     check_same(back, plain);
 }
 
-TEST_CASE("a larger world, further away, gives the larger motion", "[core]") {
+TEST_CASE("the keyframe pipeline scales its motion with the scene", "[core]") {
     Film larger = room();
     for (DepthMap &depth : larger.depth)
         for (std::uint16_t &z : depth.pixels())
@@ -101,7 +101,7 @@ TEST_CASE("a larger world, further away, gives the larger motion", "[core]") {
     check_same(seen.pose, answer(room(), forwards()).pose);
 }
 
-TEST_CASE("a film shown backwards gives the way back", "[core]") {
+TEST_CASE("the keyframe pipeline inverts the motion of a reversed sequence", "[core]") {
     std::vector<int> backwards = forwards();
     std::reverse(backwards.begin(), backwards.end());
     const Answer there = answer(room(), forwards());
@@ -109,7 +109,7 @@ TEST_CASE("a film shown backwards gives the way back", "[core]") {
     check_same(there.pose * back.pose, Pose::identity());
 }
 
-TEST_CASE("brightness that changes as a whole does not move the pose", "[core]") {
+TEST_CASE("the keyframe pose is invariant to global brightness", "[core]") {
     Film brighter = room();
     for (std::size_t k = 1; k < brighter.images.size(); ++k)
         for (std::uint8_t &pixel : brighter.images[k].pixels())
@@ -117,8 +117,9 @@ TEST_CASE("brightness that changes as a whole does not move the pose", "[core]")
     check_same(answer(brighter, forwards()).pose, answer(room(), forwards()).pose);
 }
 
-TEST_CASE("where the keyframe has become unlike the image, the way goes on from frame to frame",
-          "[core]") {
+TEST_CASE(
+    "the keyframe pipeline falls back to frame-to-frame motion when the keyframe no longer matches",
+    "[core]") {
     // The light goes down to a sixth, more than any one alignment allows for.
     constexpr int last = 32;
     const Film lit = film_room(320, 240, last + 1, 1);
@@ -151,7 +152,7 @@ TEST_CASE("where the keyframe has become unlike the image, the way goes on from 
     CHECK(estimate.expected_mre > expected); // steps add up, and so does their error
 }
 
-TEST_CASE("the default estimate is the same to the bit for any number of workers", "[core]") {
+TEST_CASE("the keyframe estimate is identical for any number of workers", "[core]") {
     const auto run = [](int workers) {
         Viewer viewer(room(), {}, workers);
         std::vector<unsigned char> bits;
@@ -179,7 +180,7 @@ TEST_CASE("the default estimate is the same to the bit for any number of workers
     CHECK(run(5) == alone);
 }
 
-TEST_CASE("preset default allocates nothing from frame to frame", "[core]") {
+TEST_CASE("the keyframe pipeline allocates nothing per frame", "[core]") {
     for (const int workers : {1, 3}) {
         Viewer viewer(room(), {}, workers);
         const std::uint64_t before = allocation_count();

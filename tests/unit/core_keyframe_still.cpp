@@ -16,7 +16,9 @@ constexpr int frames = 10'000;
 
 } // namespace
 
-TEST_CASE("a camera at rest drifts by nothing and is lit at the longest interval alone", "[core]") {
+TEST_CASE("the keyframe pipeline of a static camera does not drift and lights only at the longest "
+          "interval",
+          "[core]") {
     const Film scene = film_room(160, 120, 1, 0);
     const Noise noise(1, TofNoise::none());
     Viewer viewer(scene);

@@ -62,8 +62,7 @@ struct Watched {
 
 } // namespace
 
-TEST_CASE("a thing that moves by itself lowers the confidence where it is, and no other",
-          "[core]") {
+TEST_CASE("the motion mask lowers confidence on a moving object and nowhere else", "[core]") {
     const Watched w(0.8); // 0.13 m, 29 pixels at 1.2 m
     REQUIRE(w.estimate.source == FrameSource::estimated);
     const std::uint8_t limit = estimated_confidence(ErrorOptions{}.moving_error);
@@ -74,18 +73,18 @@ TEST_CASE("a thing that moves by itself lowers the confidence where it is, and n
     CHECK(w.distrusted() < 0.3);
 }
 
-TEST_CASE("what moves by itself counts in the expected error", "[core]") {
+TEST_CASE("a moving object raises the expected error", "[core]") {
     const Watched moving(0.8), still(0);
     CHECK(moving.estimate.expected_mre > still.estimate.expected_mre + 0.5f);
 }
 
-TEST_CASE("a rigid scene with occlusions moves nowhere", "[core]") {
+TEST_CASE("the motion mask is empty for a rigid scene with occlusions", "[core]") {
     const Watched w(0);
     REQUIRE(w.estimate.source == FrameSource::estimated);
     CHECK(w.distrusted() == 0);
 }
 
-TEST_CASE("a hand-held camera in a room that rests sees nothing move", "[core]") {
+TEST_CASE("the motion mask is empty for a hand-held camera in a static room", "[core]") {
     SyntheticOptions room = options;
     room.noise = true;
     SyntheticTruth truth(room);

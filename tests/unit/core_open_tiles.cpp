@@ -7,7 +7,7 @@
 
 using namespace afterglow;
 
-TEST_CASE("tiles are open where a pixel is empty, and nowhere else", "[core]") {
+TEST_CASE("OpenTiles marks exactly the tiles with an empty pixel", "[core]") {
     constexpr int width = 70, height = 37, px = OpenTiles::tile_px;
     std::mt19937 random(3);
     DepthMap map(width, height, std::uint16_t{1});
@@ -46,7 +46,7 @@ TEST_CASE("tiles are open where a pixel is empty, and nowhere else", "[core]") {
     }
 }
 
-TEST_CASE("no tile is touched by a place that is no place", "[core]") {
+TEST_CASE("OpenTiles finds no tile for NaN or infinite coordinates", "[core]") {
     OpenTiles open(32, 32);
     open.find(DepthMap(32, 32));
     const float nan = std::numeric_limits<float>::quiet_NaN();

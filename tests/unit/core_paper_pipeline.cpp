@@ -41,7 +41,7 @@ struct Fixture {
 
 } // namespace
 
-TEST_CASE("before the first measurement there is no depth, and one is asked for", "[core]") {
+TEST_CASE("the estimator asks for a measurement and has no depth before the first one", "[core]") {
     Fixture f;
     for (int i = 0; i < 3; ++i) {
         const Estimate &e = f.track(wall(i));
@@ -53,7 +53,7 @@ TEST_CASE("before the first measurement there is no depth, and one is asked for"
     }
 }
 
-TEST_CASE("a measured map is published as it is", "[core]") {
+TEST_CASE("the estimator publishes a measured map unchanged", "[core]") {
     Fixture f;
     f.track(wall(0));
     DepthMap depth(320, 240, 2000);
@@ -68,7 +68,7 @@ TEST_CASE("a measured map is published as it is", "[core]") {
     CHECK(e.confidence(4, 4) == 255);
 }
 
-TEST_CASE("sideways motion is followed and composed over frames", "[core]") {
+TEST_CASE("the paper's estimator follows sideways motion over several frames", "[core]") {
     Fixture f;
     f.track(wall(0));
     f.pipeline->measure(DepthMap(320, 240, 2000));
@@ -85,7 +85,8 @@ TEST_CASE("sideways motion is followed and composed over frames", "[core]") {
     }
 }
 
-TEST_CASE("an image that has nothing in common with the last asks for a measurement", "[core]") {
+TEST_CASE("the estimator asks for a measurement when an image has no matches with the last",
+          "[core]") {
     Fixture f;
     f.track(wall(0));
     f.pipeline->measure(DepthMap(320, 240, 2000));
@@ -97,17 +98,17 @@ TEST_CASE("an image that has nothing in common with the last asks for a measurem
     CHECK(e.source == FrameSource::none);
     CHECK(e.wants_measurement);
 
-    SECTION("and goes on asking, for a gap in the poses cannot be mended") {
+    SECTION("the request stays although later images match") {
         CHECK(f.track(wall(0)).source == FrameSource::none);
     }
-    SECTION("until it is measured") {
+    SECTION("a measurement ends the request") {
         f.track(wall(2));
         f.pipeline->measure(DepthMap(320, 240, 1500));
         CHECK(f.track(wall(2)).source == FrameSource::estimated);
     }
 }
 
-TEST_CASE("a measured map of zeros leads to no estimate", "[core]") {
+TEST_CASE("the estimator makes no estimate from a measured map of zeros", "[core]") {
     Fixture f;
     f.track(wall(0));
     f.pipeline->measure(DepthMap(320, 240, 0));
@@ -116,7 +117,7 @@ TEST_CASE("a measured map of zeros leads to no estimate", "[core]") {
     CHECK(e.wants_measurement);
 }
 
-TEST_CASE("images and depth of every bad kind give maps without invented depth", "[core]") {
+TEST_CASE("the estimator invents no depth from bad images and bad depth", "[core]") {
     Fixture f;
     std::mt19937 random(2);
     for (int kind = 0; kind < 24; ++kind) {
@@ -136,7 +137,7 @@ TEST_CASE("images and depth of every bad kind give maps without invented depth",
     }
 }
 
-TEST_CASE("the estimate is the same to the bit for any number of workers", "[core]") {
+TEST_CASE("the paper's estimate is identical for any number of workers", "[core]") {
     const auto run = [](int workers) {
         Fixture f(workers);
         f.track(wall(0));

@@ -4,7 +4,7 @@
 
 using namespace afterglow;
 
-TEST_CASE("a frame's age counts from the measurement, over images without depth too", "[core]") {
+TEST_CASE("a published frame's age counts all images since the measurement", "[core]") {
     PublishedFrame frame({20, 20, 7.5, 5.5, 16, 12});
     CHECK_FALSE(frame.has_depth());
     frame.begin(100);

@@ -19,7 +19,7 @@ TEST_CASE("RANSAC finds the pose among gross outliers", "[core]") {
     CHECK((solution->pose.T - truth.T).norm() < 1e-3);
 }
 
-TEST_CASE("no pose stands when no tenth of the matches agree", "[core]") {
+TEST_CASE("RANSAC refuses a pose with fewer than 10 % inliers", "[core]") {
     std::mt19937 random(3);
     std::uniform_real_distribution<double> u(0, 639), v(0, 479), z(1, 4);
     std::vector<Match> matches;
@@ -43,7 +43,7 @@ TEST_CASE("RANSAC gives the same pose for the same seed", "[core]") {
     CHECK(first->pose.T != other->pose.T);
 }
 
-TEST_CASE("too few matches give no pose", "[core]") {
+TEST_CASE("RANSAC gives no pose for too few matches", "[core]") {
     RansacPose ransac({}, 10);
     for (int count : {0, 1, 2})
         CHECK_FALSE(ransac.solve(exact_matches(Pose::identity(), count), test_camera));

@@ -29,19 +29,19 @@ DepthMap random_map() {
 
 } // namespace
 
-TEST_CASE("no motion leaves every depth as it was", "[core]") {
+TEST_CASE("reprojection by the identity leaves every depth unchanged", "[core]") {
     const DepthMap map = random_map();
     CHECK(warp(map, Pose::identity()) == map);
 }
 
-TEST_CASE("a wall approached is nearer by what was gone", "[core]") {
+TEST_CASE("reprojection towards a wall reduces its depth by the translation", "[core]") {
     const DepthMap moved =
         warp(DepthMap(64, 48, 2000), {Eigen::Matrix3d::Identity(), {0, 0, -0.5}});
     CHECK(std::ranges::all_of(moved.pixels(), [](int z) { return z == 0 || z == 1500; }));
     CHECK(moved(32, 24) == 1500);
 }
 
-TEST_CASE("a wall passed sideways moves by f T / z pixels", "[core]") {
+TEST_CASE("reprojection sideways along a wall moves pixels by f T / z", "[core]") {
     DepthMap map(64, 48);
     map(20, 10) = 1000;
     const DepthMap moved = warp(map, {Eigen::Matrix3d::Identity(), {0.05, -0.02, 0}});
@@ -49,7 +49,7 @@ TEST_CASE("a wall passed sideways moves by f T / z pixels", "[core]") {
     CHECK(std::ranges::count(moved.pixels(), 0) == 64 * 48 - 1);
 }
 
-TEST_CASE("where two points fall on one pixel the nearest is kept", "[core]") {
+TEST_CASE("reprojection keeps the nearest of the points on a pixel", "[core]") {
     DepthMap map(64, 48);
     map(30, 20) = 1000;
     map(35, 20) = 2000;
@@ -59,7 +59,7 @@ TEST_CASE("where two points fall on one pixel the nearest is kept", "[core]") {
     CHECK(std::ranges::count(moved.pixels(), 0) == 64 * 48 - 1);
 }
 
-TEST_CASE("points behind the camera, out of view or out of range are not drawn", "[core]") {
+TEST_CASE("reprojection skips points behind the camera, out of view or out of range", "[core]") {
     const DepthMap map(64, 48, 1000);
     for (const Eigen::Vector3d &T :
          {Eigen::Vector3d(0, 0, -1), {0, 0, -2}, {5, 0, 0}, {0, 0, 65}}) {
@@ -68,7 +68,7 @@ TEST_CASE("points behind the camera, out of view or out of range are not drawn",
     }
 }
 
-TEST_CASE("the reprojection does not depend on the number of workers", "[core]") {
+TEST_CASE("reprojection is identical for any number of workers", "[core]") {
     const Pose pose{rotation({0.1, -0.2, 0.3}), {0.1, 0.2, -0.3}};
     const DepthMap one = warp(random_map(), pose, 1);
     CHECK(warp(random_map(), pose, 2) == one);

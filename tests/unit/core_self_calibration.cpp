@@ -82,8 +82,7 @@ constexpr SelfCalibrationOptions nothing_learnt{.tilt = 0, .curvature = 0, .lag_
 
 } // namespace
 
-TEST_CASE("depth maps exposed before or after their images are carried to their own time",
-          "[core]") {
+TEST_CASE("self-calibration finds the lag between depth maps and images", "[core]") {
     const double lag_s = GENERATE(-0.012, 0.012);
     const Film seen = shaken(lag_s, Eigen::Vector3f::Zero());
     const double without = mre_of(seen, nothing_learnt);
@@ -92,7 +91,7 @@ TEST_CASE("depth maps exposed before or after their images are carried to their 
     CHECK(with < 0.75 * without);
 }
 
-TEST_CASE("depth measured along another axis, or bent, is straightened and bent back", "[core]") {
+TEST_CASE("self-calibration finds and inverts the tilt and curvature of depth", "[core]") {
     const auto shape = GENERATE(Eigen::Vector3f{0.05f, 0, 0}, Eigen::Vector3f{0, -0.05f, 0},
                                 Eigen::Vector3f{0, 0, -0.08f});
     const Film seen = shaken(0, shape);
@@ -102,12 +101,12 @@ TEST_CASE("depth measured along another axis, or bent, is straightened and bent 
     CHECK(with < 0.75 * without);
 }
 
-TEST_CASE("nothing is made of a camera that has nothing wrong", "[core]") {
+TEST_CASE("self-calibration does not degrade an ideal camera", "[core]") {
     const Film seen = shaken(0, Eigen::Vector3f::Zero());
     CHECK(mre_of(seen, {}) < 1.1 * mre_of(seen, nothing_learnt));
 }
 
-TEST_CASE("a calibration needs many pairs of maps", "[core]") {
+TEST_CASE("self-calibration converges only over many pairs of maps", "[core]") {
     const Eigen::Vector4d truth{0.02, -0.01, 0.03, 0.005};
     SelfCalibration learner(
         {.tilt = 0.03f, .curvature = 0.03f, .lag_s = 0.01f, .pair_error = 2});
@@ -121,7 +120,7 @@ TEST_CASE("a calibration needs many pairs of maps", "[core]") {
     CHECK(learner.correction().shape.z() == Approx(truth[2]).epsilon(0.02));
 }
 
-TEST_CASE("a calibration stays within three sigmas and finite", "[core]") {
+TEST_CASE("self-calibration stays finite and within three sigma", "[core]") {
     SelfCalibration learner({.tilt = 0.03f, .curvature = 0, .lag_s = 0.01f});
     for (int i = 0; i < 1000; ++i)
         learner.add(pair_of({10, 0, 10, -10}));

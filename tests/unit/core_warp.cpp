@@ -66,7 +66,7 @@ WarpOptions all_carried() {
 
 } // namespace
 
-TEST_CASE("a map that is carried nowhere stays as it was", "[core]") {
+TEST_CASE("warping a map by the identity leaves it unchanged", "[core]") {
     std::mt19937 random(1);
     DepthMap map = wall(0);
     for (std::uint16_t &mm : map.pixels())
@@ -79,7 +79,7 @@ TEST_CASE("a map that is carried nowhere stays as it was", "[core]") {
             REQUIRE(carried.depth(u, v) == Approx(0.001 * map(u, v)).margin(1e-4));
 }
 
-TEST_CASE("a point lands where it projects, on the depth it has there", "[core]") {
+TEST_CASE("warping moves a point to its projection and its new depth", "[core]") {
     const Pose pose{rotation({0.02, -0.03, 0.05}), {0.03, -0.02, 0.05}};
     DepthMap map = wall(0);
     for (int v = 4; v < camera.height; v += 9)
@@ -104,7 +104,7 @@ TEST_CASE("a point lands where it projects, on the depth it has there", "[core]"
     CHECK(landed > 150);
 }
 
-TEST_CASE("of what lands on one pixel the nearest wins", "[core]") {
+TEST_CASE("warping keeps the nearest surface on a pixel", "[core]") {
     // The plate goes 15 pixels to the right, the wall half of that.
     const Carried carried(wall_and_plate(), shifted(0.1, 0, 0), 1, all_carried());
     for (int v = 32; v < 68; ++v)
@@ -112,7 +112,7 @@ TEST_CASE("of what lands on one pixel the nearest wins", "[core]") {
             REQUIRE(carried.depth(u, v) == Approx(1).margin(1e-3));
 }
 
-TEST_CASE("what a near surface uncovers stays empty, and its outline is not fattened", "[core]") {
+TEST_CASE("warping leaves disocclusions empty and does not widen silhouettes", "[core]") {
     const Carried carried(wall_and_plate(), shifted(0.1, 0, 0), 1, all_carried());
     int near = 0, uncovered = 0;
     for (int v = 35; v < 65; ++v)
@@ -124,7 +124,7 @@ TEST_CASE("what a near surface uncovers stays empty, and its outline is not fatt
     CHECK(uncovered >= 30 * 6);
 }
 
-TEST_CASE("a surface that comes nearer tears, and its cracks are filled", "[core]") {
+TEST_CASE("warping fills the cracks of an approaching surface", "[core]") {
     const Pose nearer = shifted(0, 0, -0.4); // 2 m to 1.6 m: one pixel in five is missed
     WarpOptions torn;
     torn.crack_px = 0;
@@ -144,7 +144,7 @@ TEST_CASE("a surface that comes nearer tears, and its cracks are filled", "[core
         REQUIRE((z == 0.0f || std::abs(z - 1.6f) < 1e-3f));
 }
 
-TEST_CASE("a far surface does not show through the cracks of a near one", "[core]") {
+TEST_CASE("warping shows no far surface through the cracks of a near one", "[core]") {
     // The plate comes from 1 m to 0.7 m and is torn; the wall behind it lands in its cracks.
     const Carried carried(wall_and_plate(), shifted(0, 0, -0.3));
     for (int v = 35; v < 60; ++v)
@@ -152,14 +152,14 @@ TEST_CASE("a far surface does not show through the cracks of a near one", "[core
             REQUIRE(carried.depth(u, v) < 1.0f);
 }
 
-TEST_CASE("any number of workers carries the same bits", "[core]") {
+TEST_CASE("warping is identical for any number of workers", "[core]") {
     const Pose pose{rotation({0.02, 0.1, 0.05}), {0.1, -0.05, -0.2}};
     const Carried one(wall_and_plate(), pose);
     for (const int workers : {2, 3, 7})
         CHECK(Carried(wall_and_plate(), pose, workers).depth == one.depth);
 }
 
-TEST_CASE("what is taken already changes nothing in the rest", "[core]") {
+TEST_CASE("warping into a partly filled map gives the same depth in its empty pixels", "[core]") {
     const Pose pose{rotation({0.02, 0.1, 0.05}), {0.1, -0.05, -0.2}};
     std::mt19937 random(7);
     DepthMap taken(camera.width, camera.height);
@@ -183,7 +183,7 @@ TEST_CASE("what is taken already changes nothing in the rest", "[core]") {
     CHECK(compared > 200);
 }
 
-TEST_CASE("nothing lands from behind the camera, from nowhere, or by a pose that is none",
+TEST_CASE("warping draws nothing from behind the camera, out of view or by an invalid pose",
           "[core]") {
     const double nan = std::nan("");
     for (const Pose &pose : {shifted(0, 0, -3), shifted(100, 0, 0), shifted(nan, 0, 0),

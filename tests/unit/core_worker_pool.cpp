@@ -6,7 +6,7 @@
 
 using namespace afterglow;
 
-TEST_CASE("every worker of a pool works once on each job", "[core][tsan]") {
+TEST_CASE("every worker of a worker pool runs once per job", "[core][tsan]") {
     for (int workers : {1, 2, 5}) {
         WorkerPool pool(workers);
         CHECK(pool.size() == workers);
@@ -17,7 +17,7 @@ TEST_CASE("every worker of a pool works once on each job", "[core][tsan]") {
     }
 }
 
-TEST_CASE("a pool's caller is its worker 0", "[core]") {
+TEST_CASE("the caller of a worker pool is its worker 0", "[core]") {
     WorkerPool pool(3);
     std::vector<std::thread::id> threads(3);
     pool.run([&](int worker) {

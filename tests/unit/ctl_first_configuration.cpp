@@ -30,7 +30,7 @@ Config load(const FoundDevices &found) {
 
 } // namespace
 
-TEST_CASE("a first configuration is one that afterglowd takes") {
+TEST_CASE("afterglowctl probe writes a configuration that afterglowd accepts") {
     const Config config = load(a_webcam_and_an_xtion());
     CHECK(config.color.driver == ColorDriver::v4l2);
     CHECK(config.color.device == "usb \"cam\"");
@@ -41,7 +41,7 @@ TEST_CASE("a first configuration is one that afterglowd takes") {
     CHECK(config.illuminator.driver == LightDriver::openni2_emitter);
 }
 
-TEST_CASE("no light is switched on a guess") {
+TEST_CASE("afterglowctl probe configures only a light that is known to belong to the TOF camera") {
     FoundDevices found = a_webcam_and_an_xtion();
     found.lights = {{"led", "caps", "LED", "on = 1\n"},
                     {"v4l2-control", "other", "Cam", "control = \"led_mode\"\n"}};
@@ -53,7 +53,7 @@ TEST_CASE("no light is switched on a guess") {
     CHECK(config.illuminator.device == "tof");
 }
 
-TEST_CASE("a first configuration needs both cameras") {
+TEST_CASE("afterglowctl probe writes no configuration without both cameras") {
     FoundDevices found = a_webcam_and_an_xtion();
     found.tof.clear();
     CHECK(first_configuration(found).error().message == "there is no TOF camera");

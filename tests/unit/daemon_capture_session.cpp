@@ -50,7 +50,7 @@ struct Fixture {
 
 } // namespace
 
-TEST_CASE("without readers the cameras are not even started") {
+TEST_CASE("the capture session does not start the cameras without readers") {
     Fixture fixture;
     fixture.orders.run = false;
     CHECK(fixture.turn() == CaptureSession::for_ever);
@@ -58,7 +58,7 @@ TEST_CASE("without readers the cameras are not even started") {
     CHECK(fixture.cameras.color_start_count == 0);
 }
 
-TEST_CASE("the cameras run with the first reader and rest after the last") {
+TEST_CASE("the capture session runs the cameras from the first reader to the last") {
     Fixture fixture;
     CHECK(fixture.turn() == 0ns);
     CHECK(fixture.state() == DaemonState::running);
@@ -83,14 +83,14 @@ TEST_CASE("the cameras run with the first reader and rest after the last") {
     CHECK(event->missed == 0);
 }
 
-TEST_CASE("a daemon told to run without readers does") {
+TEST_CASE("the capture session runs without readers when configured so") {
     Fixture fixture(configured(true));
     fixture.orders.run = false;
     CHECK(fixture.turn() == 0ns);
     CHECK(fixture.state() == DaemonState::running);
 }
 
-TEST_CASE("images that never came and frames that were unusable are counted apart") {
+TEST_CASE("the capture session counts dropped images and unusable frames separately") {
     Fixture fixture;
     fixture.turn();
     const auto read = fixture.cameras.read_color;
@@ -113,7 +113,7 @@ TEST_CASE("images that never came and frames that were unusable are counted apar
     CHECK(note.sentence() == fixture.cameras.problem);
 }
 
-TEST_CASE("depth maps of zeros are counted and the light stays on") {
+TEST_CASE("the capture session counts depth maps of zeros and keeps the light on") {
     Fixture fixture;
     fixture.cameras.depth_mm = 0;
     for (int frame = 0; frame < 300; ++frame)
@@ -126,7 +126,7 @@ TEST_CASE("depth maps of zeros are counted and the light stays on") {
     CHECK(fixture.cameras.lit);
 }
 
-TEST_CASE("a lost colour camera is started again, less and less often") {
+TEST_CASE("the capture session restarts a lost colour camera at growing intervals") {
     Fixture fixture;
     fixture.turn();
     const auto read = fixture.cameras.read_color;
@@ -154,7 +154,7 @@ TEST_CASE("a lost colour camera is started again, less and less often") {
     CHECK(fixture.turn() == 250ms);
 }
 
-TEST_CASE("a colour camera that gives no images is lost after a while") {
+TEST_CASE("the capture session declares a silent colour camera lost") {
     Fixture fixture;
     fixture.turn();
     fixture.cameras.read_color = [](ColorFrame &) { return Capture::none; };
@@ -164,7 +164,7 @@ TEST_CASE("a colour camera that gives no images is lost after a while") {
     CHECK(fixture.state() == DaemonState::color_lost);
 }
 
-TEST_CASE("nobody tries to bring back a camera that nobody reads") {
+TEST_CASE("the capture session does not restart a lost camera without readers") {
     Fixture fixture;
     fixture.cameras.color_starts = Error{"no such device", 0};
     fixture.turn();
@@ -178,7 +178,7 @@ TEST_CASE("nobody tries to bring back a camera that nobody reads") {
     CHECK(fixture.state() == DaemonState::running);
 }
 
-TEST_CASE("while the TOF camera is lost images are still published") {
+TEST_CASE("the capture session publishes images while the TOF camera is lost") {
     Fixture fixture;
     fixture.turn();
     const auto read = fixture.cameras.read_tof;
@@ -204,7 +204,7 @@ TEST_CASE("while the TOF camera is lost images are still published") {
     CHECK(fixture.last_event()->frame.source == AFTERGLOW_MEASURED);
 }
 
-TEST_CASE("a TOF camera that does not start costs only the depth") {
+TEST_CASE("the capture session publishes images when the TOF camera does not start") {
     Fixture fixture;
     fixture.cameras.tof_starts = Error{"no TOF camera", 0};
     CHECK(fixture.turn() == 0ns);
@@ -217,7 +217,7 @@ TEST_CASE("a TOF camera that does not start costs only the depth") {
     CHECK(note.sentence() == "no TOF camera");
 }
 
-TEST_CASE("a TOF camera that is lit for long and answers nothing is started again") {
+TEST_CASE("the capture session restarts a TOF camera that is lit and silent") {
     Fixture fixture;
     fixture.cameras.read_tof = [](DepthFrame &) { return Capture::none; };
     for (int frame = 0; frame < 150; ++frame)
@@ -229,7 +229,7 @@ TEST_CASE("a TOF camera that is lit for long and answers nothing is started agai
     CHECK_FALSE(fixture.cameras.lit);
 }
 
-TEST_CASE("a recording that has ended stays so, dark and stopped") {
+TEST_CASE("the capture session stays stopped and dark after a recording's end") {
     Fixture fixture;
     fixture.turn();
     fixture.cameras.read_color = [](ColorFrame &) { return Capture::ended; };
@@ -241,7 +241,7 @@ TEST_CASE("a recording that has ended stays so, dark and stopped") {
     CHECK(fixture.cameras.color_start_count == 1);
 }
 
-TEST_CASE("an ending session leaves the cameras stopped and dark") {
+TEST_CASE("the capture session stops the cameras and the light when destroyed") {
     FakeCameras cameras;
     {
         Rig rig = cameras.rig();

@@ -28,7 +28,7 @@ void wait_for_state(EstimatorThread &thread, DaemonState state) {
 
 } // namespace
 
-TEST_CASE("the estimator thread runs while it is wanted and rests when not", "[tsan]") {
+TEST_CASE("the estimator thread runs only while it is requested", "[tsan]") {
     FakeCameras cameras;
     auto thread = EstimatorThread::create(cameras.rig(), Config{});
     REQUIRE(thread);
@@ -49,7 +49,7 @@ TEST_CASE("the estimator thread runs while it is wanted and rests when not", "[t
     CHECK_FALSE(cameras.lit);
 }
 
-TEST_CASE("however often the mode is changed, the last one counts", "[tsan]") {
+TEST_CASE("the estimator thread applies the last of many mode changes", "[tsan]") {
     FakeCameras cameras;
     auto thread = EstimatorThread::create(cameras.rig(), Config{});
     REQUIRE(thread);
@@ -64,11 +64,11 @@ TEST_CASE("however often the mode is changed, the last one counts", "[tsan]") {
     }
 }
 
-TEST_CASE("the estimator thread allocates nothing while frames flow") {
+TEST_CASE("neither estimator thread nor worker pool allocates while frames flow") {
     FakeCameras cameras;
     Config config;
     config.gate = {GateMode::interval, 3};
-    config.daemon.workers = 1;
+    config.daemon.workers = 3;
     std::atomic<std::uint64_t> reads = 0;
     std::atomic<std::uint64_t> early = 0;
     std::atomic<std::uint64_t> late = 0;
@@ -91,7 +91,7 @@ TEST_CASE("the estimator thread allocates nothing while frames flow") {
     CHECK(late == early);
 }
 
-TEST_CASE("an exception on the estimator thread ends it in the dark, with a note") {
+TEST_CASE("an exception on the estimator thread ends it with the light off and a log message") {
     FakeCameras cameras;
     const auto read = cameras.read_color;
     cameras.read_color = [&](ColorFrame &frame) -> Capture {
@@ -112,7 +112,7 @@ TEST_CASE("an exception on the estimator thread ends it in the dark, with a note
     CHECK_FALSE(cameras.lit);
 }
 
-TEST_CASE("a thread that hangs in a driver is not alive, one that rests is", "[tsan]") {
+TEST_CASE("the watchdog sees an estimator thread that hangs, and accepts an idle one", "[tsan]") {
     FakeCameras cameras;
     std::atomic<bool> hang = true;
     std::atomic<bool> hanging = false;

@@ -61,7 +61,7 @@ void wait_until(Condition condition) {
 
 } // namespace
 
-TEST_CASE("a light is switched while the one who asked goes on", "[tsan]") {
+TEST_CASE("the light switch works without blocking its caller", "[tsan]") {
     SlowLamp lamp;
     LightSwitch light(std::make_unique<SlowLight>(lamp));
     CHECK_FALSE(light.lit());
@@ -76,7 +76,7 @@ TEST_CASE("a light is switched while the one who asked goes on", "[tsan]") {
     wait_until([&] { return !lamp.on; });
 }
 
-TEST_CASE("what was exposed from the order to light to the end of the darkening was lit",
+TEST_CASE("the light switch counts frames as lit from the on order to the end of switching off",
           "[tsan]") {
     SlowLamp lamp;
     LightSwitch light(std::make_unique<SlowLight>(lamp));
@@ -96,7 +96,7 @@ TEST_CASE("what was exposed from the order to light to the end of the darkening 
     CHECK(light.was_lit(darkening));
 }
 
-TEST_CASE("an order that fails is told at the next one, and can be given again", "[tsan]") {
+TEST_CASE("the light switch reports a failed order at the next one and accepts a retry", "[tsan]") {
     SlowLamp lamp;
     LightSwitch light(std::make_unique<SlowLight>(lamp));
     lamp.fails = true;
@@ -124,7 +124,7 @@ TEST_CASE("an order that fails is told at the next one, and can be given again",
     wait_until([&] { return !light.was_lit(now_ns()); });
 }
 
-TEST_CASE("an order that is overtaken by its opposite leaves no trace", "[tsan]") {
+TEST_CASE("the light switch drops an order that its opposite overtakes", "[tsan]") {
     SlowLamp lamp;
     LightSwitch light(std::make_unique<SlowLight>(lamp));
     CHECK(light.set(true));
@@ -139,7 +139,7 @@ TEST_CASE("an order that is overtaken by its opposite leaves no trace", "[tsan]"
     CHECK(lamp.switched == 2);
 }
 
-TEST_CASE("a light switch that is destroyed leaves the light dark", "[tsan]") {
+TEST_CASE("the light switch leaves the light off when destroyed", "[tsan]") {
     SlowLamp lamp;
     {
         LightSwitch light(std::make_unique<SlowLight>(lamp));

@@ -7,7 +7,7 @@
 using namespace afterglow;
 using namespace std::chrono_literals;
 
-TEST_CASE("the same note over and over becomes a line every ten seconds") {
+TEST_CASE("the log limits a repeated message to one line in ten seconds") {
     NoteLog log;
     const Note note = Note::of(Priority::warning, "a frame is damaged");
     NoteLog::Time now = NoteLog::Time(1h);
@@ -20,7 +20,7 @@ TEST_CASE("the same note over and over becomes a line every ten seconds") {
           "the camera is gone");
 }
 
-TEST_CASE("a note that is too long is cut") {
+TEST_CASE("the log truncates a message that is too long") {
     const std::string sentence(1000, 'x');
     const Note note = Note::of(Priority::error, sentence);
     CHECK(note.sentence() == sentence.substr(0, note.text.size()));

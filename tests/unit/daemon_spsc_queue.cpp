@@ -7,7 +7,7 @@
 
 using afterglow::SpscQueue;
 
-TEST_CASE("a queue gives back what was pushed, in order, and then nothing") {
+TEST_CASE("the SPSC queue returns items in order and then nothing") {
     SpscQueue<int, 4> queue;
     int item = 0;
     CHECK_FALSE(queue.pop(item));
@@ -22,7 +22,7 @@ TEST_CASE("a queue gives back what was pushed, in order, and then nothing") {
     }
 }
 
-TEST_CASE("a full queue refuses and keeps what it has") {
+TEST_CASE("a full SPSC queue refuses an item and keeps the others") {
     SpscQueue<int, 4> queue;
     for (int i = 0; i < 4; ++i)
         CHECK(queue.push(i));
@@ -36,7 +36,7 @@ TEST_CASE("a full queue refuses and keeps what it has") {
     CHECK(queue.push(5));
 }
 
-TEST_CASE("a queue between two threads loses, repeats and tears nothing", "[tsan]") {
+TEST_CASE("the SPSC queue between two threads loses, repeats and tears nothing", "[tsan]") {
     struct Item {
         std::uint64_t number;
         std::uint64_t twice;

@@ -51,7 +51,7 @@ TEST_CASE("an imported dataset is a recording with the same frames") {
     CHECK(recording->ground_truth.camera_to_world(33'333'333)->T.y() == -2);
 }
 
-TEST_CASE("frames that cannot be read are left out of an import and counted") {
+TEST_CASE("a dataset import skips and counts unreadable frames") {
     const DatasetFolder folder;
     write_sequence(folder, 5);
     folder.truncate("depth/1.png");
@@ -68,7 +68,7 @@ TEST_CASE("frames that cannot be read are left out of an import and counted") {
     CHECK(depth_mm(*recording, 1) == 5000);
 }
 
-TEST_CASE("an import stops after the frames asked for, and when it is told to") {
+TEST_CASE("a dataset import stops after the requested frames and on request") {
     const DatasetFolder folder;
     write_sequence(folder, 5);
     folder.truncate("rgb/0.png");
@@ -112,7 +112,7 @@ TEST_CASE("a dataset without one good frame, or imported into itself, is refused
     CHECK_FALSE(std::filesystem::exists(folder.path() + "-imported"));
 }
 
-TEST_CASE("a dataset to replay is imported for as long as it is needed; a recording is not") {
+TEST_CASE("replay imports a dataset to a temporary recording and uses a recording in place") {
     const DatasetFolder folder("kt0");
     write_sequence(folder, 2);
     std::string imported;

@@ -62,7 +62,7 @@ const std::string pose_lines = "1305031102.1 1 2 3 0 0 0 1\n1305031102.15 1 2 4 
 
 } // namespace
 
-TEST_CASE("a folder in no known layout is refused with a list of what was looked for") {
+TEST_CASE("a dataset folder of unknown layout is refused with the list of known ones") {
     const DatasetFolder folder;
     folder.text("notes.txt", "nothing here");
     const std::string problem = problem_of(folder);
@@ -92,7 +92,7 @@ TEST_CASE("a TUM sequence as published gets its Kinect's camera from its name") 
     CHECK(depth(300, 240) == 1001); // 5004 / 5 = 1000.8
 }
 
-TEST_CASE("a TUM sequence is known by its bag's name too, and refused when it is of no Kinect") {
+TEST_CASE("a TUM sequence is recognised by its bag's name, and refused without a known camera") {
     const DatasetFolder folder;
     write_tum(folder);
     CHECK(contains(problem_of(folder), "freiburg1, freiburg2 or freiburg3"));
@@ -104,7 +104,7 @@ TEST_CASE("a TUM sequence is known by its bag's name too, and refused when it is
     CHECK(open(folder).camera.fx == 500);
 }
 
-TEST_CASE("images of a TUM list that go back in time or have no depth map are counted") {
+TEST_CASE("images of a TUM list without depth map or with decreasing time are counted") {
     const DatasetFolder folder("fr1_xyz");
     write_tum(folder);
     folder.text("rgb.txt", "1305031102.1 rgb/0.png\n1305031102.05 rgb/1.png\n"
@@ -229,7 +229,7 @@ TEST_CASE("CoRBS lists have Windows paths, and its poses lie in a folder beside"
     CHECK(dataset.frames[0].camera_to_world.has_value());
 }
 
-TEST_CASE("raw CoRBS frames are shrunk and registered to the size of the others") {
+TEST_CASE("raw CoRBS frames are scaled and registered to the common size") {
     const DatasetFolder folder("D1_raw");
     folder.text("rgb.txt", "10.0 rgb\\0.png\n");
     folder.text("depth.txt", "10.01 depth\\0.png\n");
@@ -256,7 +256,7 @@ TEST_CASE("raw CoRBS frames are shrunk and registered to the size of the others"
                    "is 640 x 480 pixels instead of 1920 x 1080"));
 }
 
-TEST_CASE("a folder of numbered images and depth maps is read by their numbers") {
+TEST_CASE("a dataset folder of numbered images and depth maps is read in order of numbers") {
     const DatasetFolder folder("trajectory_1");
     for (const int number : {5, 6, 7}) {
         folder.image(fmt::format("rgb_{:05}.png", number), picture(number));

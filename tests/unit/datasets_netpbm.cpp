@@ -4,7 +4,7 @@
 
 using namespace afterglow;
 
-TEST_CASE("a PGM file is read in either order of bytes") {
+TEST_CASE("a PGM file is read in either byte order") {
     const DatasetFolder folder;
     Image<std::uint16_t> numbers(3, 2);
     numbers(2, 1) = 0x1234;
@@ -17,7 +17,7 @@ TEST_CASE("a PGM file is read in either order of bytes") {
     CHECK((*read_pgm16(folder.file("a.pgm"), std::endian::little))(2, 1) == 0x3412);
 }
 
-TEST_CASE("a PPM file's colours become luma") {
+TEST_CASE("a PPM file is converted to luma") {
     const DatasetFolder folder;
     folder.text("a.ppm",
                 "P6\n# a comment\n2 1\n255\n" + std::string("\xff\x00\x00\x00\xff\x00", 6));

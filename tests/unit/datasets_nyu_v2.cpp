@@ -66,7 +66,7 @@ Dataset open(const DatasetFolder &folder) {
 
 } // namespace
 
-TEST_CASE("NYU disparities become depth where the toolbox projects them") {
+TEST_CASE("NYU disparities are projected to depth as by the dataset's toolbox") {
     const DatasetFolder folder("bedroom_0001");
     folder.pgm16(depth_name(1294886362.238178), wall_and_box(), std::endian::little);
     folder.ppm(color_name(1294886362.240000), Luma(640, 480, 90));
@@ -101,7 +101,7 @@ TEST_CASE("NYU disparities become depth where the toolbox projects them") {
     CHECK(at(toolbox_projection(200, 350, metres_of(wall)), 0, 0) == 0);
 }
 
-TEST_CASE("NYU depth maps go with the nearest image, one to one") {
+TEST_CASE("NYU depth maps are paired one to one with the nearest image") {
     const DatasetFolder folder;
     const Disparity raw(640, 480, wall);
     const Luma luma(640, 480);
@@ -121,7 +121,7 @@ TEST_CASE("NYU depth maps go with the nearest image, one to one") {
     CHECK(dataset.skipped_reason == folder.file("d-notime.pgm") + ": its name has no time");
 }
 
-TEST_CASE("an NYU depth map in the format's order of bytes, or cut short, is refused") {
+TEST_CASE("an NYU depth map of the other byte order or truncated is refused") {
     const DatasetFolder folder;
     folder.pgm16(depth_name(100), wall_and_box(), std::endian::big);
     folder.pgm16(depth_name(101), wall_and_box(), std::endian::little);
@@ -142,7 +142,7 @@ TEST_CASE("an NYU depth map in the format's order of bytes, or cut short, is ref
           std::string::npos);
 }
 
-TEST_CASE("NYU disparities that stand for noise, nothing or beyond ten metres are no depth") {
+TEST_CASE("NYU disparities that are invalid or beyond ten metres give no depth") {
     const DatasetFolder folder;
     folder.ppm(color_name(100), Luma(640, 480));
     for (const int raw : {0, 599, 1058, 1092, 1093, 2047}) {

@@ -109,7 +109,7 @@ TEST_CASE("registered depth is what the colour camera would have measured, to th
     CHECK(holes == 0);
 }
 
-TEST_CASE("silhouettes do not grow by more than the pixel they lie in") {
+TEST_CASE("depth registration widens silhouettes by at most one pixel") {
     const Cameras cameras;
     const DepthMap depth = cameras.registered(cameras.measured());
     int fat = 0;
@@ -120,7 +120,7 @@ TEST_CASE("silhouettes do not grow by more than the pixel they lie in") {
     CHECK(fat == 0);
 }
 
-TEST_CASE("what only the depth camera could see behind a silhouette is not drawn over the front") {
+TEST_CASE("depth registration does not draw hidden background over the foreground") {
     Cameras cameras;
     cameras.depth_to_color.T.x() = -0.2;
     const DepthMap depth = cameras.registered(cameras.measured());
@@ -135,7 +135,7 @@ TEST_CASE("what only the depth camera could see behind a silhouette is not drawn
     CHECK(through == 0);
 }
 
-TEST_CASE("a thing one pixel wide in front of a surface keeps its depth") {
+TEST_CASE("depth registration keeps an object one pixel wide") {
     Cameras cameras;
     cameras.lens = {};
     cameras.depth_to_color = {};
@@ -149,7 +149,7 @@ TEST_CASE("a thing one pixel wide in front of a surface keeps its depth") {
     CHECK(depth(101, 120) == 2000);
 }
 
-TEST_CASE("registering a camera to itself changes nothing") {
+TEST_CASE("depth registration of a camera to itself changes nothing") {
     Cameras cameras;
     cameras.lens = {};
     cameras.depth_to_color = {};
@@ -170,8 +170,7 @@ TEST_CASE("registering a camera to itself changes nothing") {
     CHECK(depth(7, 7) == 0);
 }
 
-TEST_CASE(
-    "depth maps of nothing, of the colour camera's own place, and of far away are registered") {
+TEST_CASE("depth registration handles empty, zero-distance and far depth maps") {
     const Cameras cameras;
     for (const float metres : {0.0f, 0.0001f, 100.0f}) {
         const DepthMap depth = cameras.registered(Image<float>(320, 240, metres));
@@ -180,14 +179,14 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("a lens is undone") {
+TEST_CASE("undistorting a point inverts the lens distortion") {
     const Lens lens = {0.208, -0.586, 0.0007, 0.001, 0.4986};
     for (const double x : {-0.6, -0.1, 0.0, 0.3, 0.6})
         for (const double y : {-0.45, 0.0, 0.2, 0.45})
             CHECK((lens.distort(lens.undistort({x, y})) - Eigen::Vector2d(x, y)).norm() < 1e-9);
 }
 
-TEST_CASE("an undistorted image is what a pinhole sees") {
+TEST_CASE("an undistorted image equals the pinhole camera's") {
     const Intrinsics camera = {200, 205, 101, 73, 200, 150};
     const Lens lens = {0.2, -0.3, 0.001, -0.002, 0};
     // A ramp over the scene, linear in what a pinhole sees, taken through the lens.
@@ -204,7 +203,7 @@ TEST_CASE("an undistorted image is what a pinhole sees") {
                                                           (v - camera.cy) / camera.fy})) < 1.1);
 }
 
-TEST_CASE("a large image is cropped to the middle and averaged") {
+TEST_CASE("a large dataset image is cropped to the centre and averaged") {
     Luma large(1920, 1080, 10);
     for (int v = 0; v < 1080; ++v)
         for (int u = 240; u < 1680; ++u)

@@ -46,14 +46,14 @@ double worst_ms(DeviceClock &clock, Camera &camera, double from, double to) {
 
 } // namespace
 
-TEST_CASE("the offset of a device's clock is that of its swiftest frames") {
+TEST_CASE("the device clock's offset is taken from the frames of least delay") {
     DeviceClock clock;
     Camera camera;
     CHECK(worst_ms(clock, camera, 0, 1) <= 4); // the first ones are not better than they came
     CHECK(worst_ms(clock, camera, 1, 60) < 0.5);
 }
 
-TEST_CASE("a device's clock that drifts is followed") {
+TEST_CASE("the device clock follows drift") {
     DeviceClock clock;
     Camera camera;
     camera.ppm = GENERATE(-200, -20, 50, 200);
@@ -62,7 +62,7 @@ TEST_CASE("a device's clock that drifts is followed") {
     CHECK(clock.drift_ppm() == Approx(-camera.ppm).margin(15));
 }
 
-TEST_CASE("frames that are read late are still told when they were taken") {
+TEST_CASE("the device clock gives the capture time of frames that are read late") {
     DeviceClock clock;
     Camera camera;
     worst_ms(clock, camera, 0, 5);
@@ -71,17 +71,17 @@ TEST_CASE("frames that are read late are still told when they were taken") {
     CHECK(std::abs(told - t_ns - 5 * ms) < ms);
 }
 
-TEST_CASE("a device's clock that begins anew, or jumps, is followed from there") {
+TEST_CASE("the device clock follows a reset or a jump") {
     DeviceClock clock;
     Camera camera;
     worst_ms(clock, camera, 0, 30);
-    SECTION("to its beginning, as after a restart") {
+    SECTION("reset to zero") {
         camera.clock_begin_ns = -30'000 * ms;
     }
-    SECTION("ahead") {
+    SECTION("jump forwards") {
         camera.clock_begin_ns += 3'000 * ms;
     }
-    SECTION("so that its frames seem to come late") {
+    SECTION("jump backwards") {
         camera.clock_begin_ns -= 700 * ms;
         worst_ms(clock, camera, 30.75, 31); // until there are enough of them
     }
@@ -89,7 +89,7 @@ TEST_CASE("a device's clock that begins anew, or jumps, is followed from there")
     CHECK(worst_ms(clock, camera, 32, 60) < 0.5);
 }
 
-TEST_CASE("a device's clock that stands still says nothing, and times do not run wild") {
+TEST_CASE("the device clock stays near monotonic time when its counter stands still") {
     DeviceClock clock;
     std::int64_t told = 0;
     for (std::int64_t t_ns = 0; t_ns < 10'000 * ms; t_ns += frame_ns)

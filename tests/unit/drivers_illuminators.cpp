@@ -30,7 +30,7 @@ struct Leds {
 
 } // namespace
 
-TEST_CASE("a LED is dark when opened, obeys, and is dark when destroyed") {
+TEST_CASE("a LED light is off when opened, can be switched, and is off when destroyed") {
     const Leds leds;
     {
         const auto led = open_led(leds.options());
@@ -44,7 +44,7 @@ TEST_CASE("a LED is dark when opened, obeys, and is dark when destroyed") {
     CHECK(leds.brightness() == 0);
 }
 
-TEST_CASE("a LED that is not there, or not so bright, is refused") {
+TEST_CASE("a LED light that is missing or lacks the brightness is refused") {
     const Leds leds;
     LedOptions options = leds.options(256);
     const auto bright = open_led(options);
@@ -58,7 +58,7 @@ TEST_CASE("a LED that is not there, or not so bright, is refused") {
     CHECK(missing.error().message.find("'torch'") != std::string::npos);
 }
 
-TEST_CASE("a GPIO chip that is not there, or is none, is refused") {
+TEST_CASE("a GPIO light whose chip is missing or no GPIO chip is refused") {
     const auto missing = open_gpio({"gpiochip987", 1, false});
     REQUIRE_FALSE(missing);
     CHECK(missing.error().code == ENOENT);
@@ -67,7 +67,7 @@ TEST_CASE("a GPIO chip that is not there, or is none, is refused") {
     CHECK(other.error().message.find("line 1 of the GPIO chip '/dev/null'") == 0);
 }
 
-TEST_CASE("of a light that cannot be switched every frame has the light") {
+TEST_CASE("a light that cannot be switched counts as always on") {
     const auto light = open_no_light();
     CHECK(light->was_lit(0));
     CHECK(light->set(true));

@@ -77,7 +77,7 @@ TEST_CASE("a grey PNG comes back as it was written") {
     CHECK(*read == luma);
 }
 
-TEST_CASE("a 16-bit PNG comes back as it was written, and from a part of a larger map") {
+TEST_CASE("a 16-bit PNG comes back as written, also from part of a larger map") {
     const TemporaryFolder folder;
     DepthMap depth = ramp(40, 30);
     depth(0, 0) = 65535;
@@ -93,7 +93,7 @@ TEST_CASE("a 16-bit PNG comes back as it was written, and from a part of a large
     CHECK((*part_read)(3, 2) == depth(13, 7));
 }
 
-TEST_CASE("colour becomes luma with the weights 0.299, 0.587 and 0.114, rounded") {
+TEST_CASE("a colour PNG becomes luma with weights 0.299, 0.587 and 0.114, rounded") {
     const TemporaryFolder folder;
     Image<Rgb> picture(4, 1);
     picture(0, 0) = {255, 255, 255};
@@ -117,7 +117,7 @@ TEST_CASE("a 16-bit PNG can be read as luma") {
     CHECK((*luma)(1, 1) == 128);
 }
 
-TEST_CASE("a JPEG is read as luma, to within what compression loses") {
+TEST_CASE("a JPEG file is read as luma within compression loss") {
     const TemporaryFolder folder;
     const Luma luma = gradient(40, 24);
     const auto read = read_luma(folder.write("a.jpg", jpeg_of(luma)));
@@ -127,7 +127,7 @@ TEST_CASE("a JPEG is read as luma, to within what compression loses") {
         CHECK(std::abs((*read)(u, 12) - luma(u, 12)) <= 6);
 }
 
-TEST_CASE("images are read into memory that is there, of the expected size only") {
+TEST_CASE("an image file is read only into a buffer of its size") {
     const TemporaryFolder folder;
     REQUIRE(write_png(folder / "grey.png", gradient(16, 8)));
     REQUIRE(write_png(folder / "depth.png", ramp(16, 8)));
@@ -148,7 +148,7 @@ TEST_CASE("images are read into memory that is there, of the expected size only"
     refusal(read_grey16(folder / "depth.png", other_depth.view()), folder / "depth.png");
 }
 
-TEST_CASE("a file cut short anywhere is refused") {
+TEST_CASE("an image file truncated anywhere is refused") {
     const TemporaryFolder folder;
     REQUIRE(write_png(folder / "grey.png", gradient(16, 16)));
     REQUIRE(write_png(folder / "depth.png", ramp(16, 16)));
@@ -169,7 +169,7 @@ TEST_CASE("a file cut short anywhere is refused") {
     }
 }
 
-TEST_CASE("a damaged file is refused or read, and nothing worse") {
+TEST_CASE("a damaged image file is refused or read without a crash") {
     const TemporaryFolder folder;
     REQUIRE(write_png(folder / "depth.png", ramp(16, 16)));
     folder.write("a.jpg", jpeg_of(gradient(16, 16)));
@@ -189,7 +189,7 @@ TEST_CASE("a damaged file is refused or read, and nothing worse") {
     }
 }
 
-TEST_CASE("an image larger than any camera's is refused before memory is taken for it") {
+TEST_CASE("an oversized image file is refused before memory is allocated") {
     const TemporaryFolder folder;
     REQUIRE(write_png(folder / "a.png", gradient(16, 16)));
     std::string bytes = folder.read("a.png");
@@ -208,7 +208,7 @@ TEST_CASE("an image larger than any camera's is refused before memory is taken f
     CHECK(message.find("65500") != std::string::npos);
 }
 
-TEST_CASE("a depth map must have 16 bits and be grey") {
+TEST_CASE("a depth map file must be grey with 16 bits") {
     const TemporaryFolder folder;
     REQUIRE(write_png(folder / "grey.png", gradient(16, 8)));
     CHECK(refusal(read_grey16(folder / "grey.png"), folder / "grey.png").find("8-bit grey") !=
@@ -218,7 +218,7 @@ TEST_CASE("a depth map must have 16 bits and be grey") {
           std::string::npos);
 }
 
-TEST_CASE("what is no image file is refused by name") {
+TEST_CASE("a file that is no image is refused by name") {
     const TemporaryFolder folder;
     refusal(read_luma(folder / "none.png"), folder / "none.png");
     refusal(read_luma(folder.path()), folder.path());
@@ -229,7 +229,7 @@ TEST_CASE("what is no image file is refused by name") {
     refusal(read_luma(folder / "pipe"), folder / "pipe");
 }
 
-TEST_CASE("a failed write leaves nothing behind, and what was there before") {
+TEST_CASE("a failed image write leaves no partial file and keeps the old one") {
     const TemporaryFolder folder;
     CHECK_FALSE(write_png(folder / "no/such/folder.png", gradient(4, 4)));
     std::filesystem::create_directory(folder / "taken.png");

@@ -45,7 +45,7 @@ TEST_CASE("associations.txt is read to the nanosecond, and camera.txt with comme
     CHECK(recording->ground_truth.empty());
 }
 
-TEST_CASE("without associations images go with the depth map nearest in time, each with its own") {
+TEST_CASE("without associations.txt images are paired one to one with the nearest depth map") {
     const TemporaryFolder folder;
     folder.write("camera.txt", camera_line);
     folder.write("rgb.txt", "1.000 r0\n1.033 r1\n1.066 r2\n1.100 r3\n");
@@ -61,7 +61,7 @@ TEST_CASE("without associations images go with the depth map nearest in time, ea
     CHECK(contains(recording->skipped_reason, "rgb.txt:3:"));
 }
 
-TEST_CASE("a time that goes backwards is left out and counted") {
+TEST_CASE("a recording's frames with decreasing time are skipped and counted") {
     const TemporaryFolder folder;
     folder.write("camera.txt", camera_line);
     folder.write("associations.txt", "1.0 a 1.0 a\n2.0 b 2.0 b\n1.5 c 1.5 c\n2.0 d 2.0 d\n"
@@ -74,7 +74,7 @@ TEST_CASE("a time that goes backwards is left out and counted") {
     CHECK(contains(recording->skipped_reason, "associations.txt:3: the time is not later"));
 }
 
-TEST_CASE("a folder that is no recording says what is missing") {
+TEST_CASE("a folder that is no recording is refused with what is missing") {
     const TemporaryFolder folder;
     CHECK(contains(refusal(folder), "camera.txt and associations.txt (or rgb.txt and depth.txt) "
                                     "missing"));
@@ -85,7 +85,7 @@ TEST_CASE("a folder that is no recording says what is missing") {
     CHECK_FALSE(open_recording(folder / "camera.txt"));
 }
 
-TEST_CASE("a recording of no frames is refused") {
+TEST_CASE("a recording without frames is refused") {
     const TemporaryFolder folder;
     folder.write("camera.txt", camera_line);
     folder.write("associations.txt", "# nothing\n");
@@ -94,7 +94,7 @@ TEST_CASE("a recording of no frames is refused") {
     CHECK(contains(refusal(folder), "has no frames: "));
 }
 
-TEST_CASE("a line that is no frame is refused with file and line") {
+TEST_CASE("a malformed line of associations.txt is refused with file and line") {
     const TemporaryFolder folder;
     folder.write("camera.txt", camera_line);
     const auto bad_line =
@@ -106,7 +106,7 @@ TEST_CASE("a line that is no frame is refused with file and line") {
     CHECK(contains(refusal(folder), folder / "associations.txt:2: "));
 }
 
-TEST_CASE("a bad line of rgb.txt or depth.txt is refused with file and line") {
+TEST_CASE("a malformed line of rgb.txt or depth.txt is refused with file and line") {
     const TemporaryFolder folder;
     folder.write("camera.txt", camera_line);
     folder.write("rgb.txt", "1.0 a\n2.0\n");
@@ -117,7 +117,7 @@ TEST_CASE("a bad line of rgb.txt or depth.txt is refused with file and line") {
     CHECK(contains(refusal(folder), "depth.txt:3: "));
 }
 
-TEST_CASE("a camera.txt that describes no camera is refused with file and line") {
+TEST_CASE("an invalid camera.txt is refused with file and line") {
     const TemporaryFolder folder;
     folder.write("associations.txt", "1.0 a 1.0 a\n");
     const auto line =
@@ -139,7 +139,7 @@ TEST_CASE("an empty camera.txt is refused") {
     CHECK(contains(refusal(folder), "camera.txt: is empty"));
 }
 
-TEST_CASE("depth is read as millimetres: rounded, and nothing beyond what 16 bits hold") {
+TEST_CASE("a recording's depth is rounded to millimetres, and 0 beyond 16 bits") {
     const TemporaryFolder folder;
     folder.write("camera.txt", "10 10 2 1 4 2 5000\n");
     folder.write("associations.txt", "1.0 a 1.0 depth.png\n");
@@ -191,7 +191,7 @@ TEST_CASE("a written recording is read back with its poses") {
     CHECK((read_pose->T - pose.T).norm() < 1e-12);
 }
 
-TEST_CASE("a trajectory interpolates between poses, and says nothing where it has gaps") {
+TEST_CASE("a trajectory interpolates between poses, but not over gaps") {
     const TemporaryFolder folder;
     const auto file = folder.write("t.txt", "1.00 0 0 0 0 0 0 1\n"
                                             "1.05 1 0 0 0 0 0.70710678 0.70710678\n"
@@ -211,7 +211,7 @@ TEST_CASE("a trajectory interpolates between poses, and says nothing where it ha
     CHECK_FALSE(trajectory->camera_to_world(2'000'000'001));
 }
 
-TEST_CASE("a trajectory's bad lines are refused with file and line") {
+TEST_CASE("a malformed trajectory line is refused with file and line") {
     const TemporaryFolder folder;
     const auto line = GENERATE(as<std::string>{}, "1.0 0 0 0 0 0 0", "1.0 0 0 0 0 0 0 0",
                                "1.0 0 x 0 0 0 0 1", "t 0 0 0 0 0 0 1", "1.0 0 0 0 0 0 0 1 1");

@@ -77,7 +77,7 @@ TEST_CASE("a replay gives the recording's images, depth and times") {
     CHECK(rig.color->read(f.color, 0ns) == Capture::ended);
 }
 
-TEST_CASE("a replay that loops goes on in time and in number") {
+TEST_CASE("a looping replay continues timestamps and frame numbers") {
     const Recorded recorded;
     Rig rig = recorded.open({.path = {}, .loop = true});
     Frames f;
@@ -89,7 +89,7 @@ TEST_CASE("a replay that loops goes on in time and in number") {
     }
 }
 
-TEST_CASE("a recording that claims to last for centuries ends before time overflows") {
+TEST_CASE("a replay ends before its timestamps overflow") {
     const Recorded recorded;
     std::filesystem::remove(recorded.folder / "r/associations.txt");
     recorded.folder.write("r/associations.txt",
@@ -109,7 +109,7 @@ TEST_CASE("a recording that claims to last for centuries ends before time overfl
     CHECK(capture == Capture::ended);
 }
 
-TEST_CASE("in the dark a replay opens no depth file") {
+TEST_CASE("a replay opens no depth file while the light is off") {
     const Recorded recorded;
     for (int k = 0; k < frames; ++k) {
         if (k != 2)
@@ -127,7 +127,7 @@ TEST_CASE("in the dark a replay opens no depth file") {
     CHECK(f.depth.depth == DepthMap(16, 12, 1002));
 }
 
-TEST_CASE("a damaged, missing or misfit depth file is told by name, and the next is read") {
+TEST_CASE("a replay names a damaged, missing or wrong-sized depth file and reads the next") {
     const Recorded recorded;
     corrupt(recorded.depth(0));
     std::filesystem::remove(recorded.depth(1));
@@ -147,7 +147,7 @@ TEST_CASE("a damaged, missing or misfit depth file is told by name, and the next
     CHECK(rig.tof->read(f.depth, 0ns) == Capture::frame);
 }
 
-TEST_CASE("a damaged, missing or misfit image is told by name, and the next is read") {
+TEST_CASE("a replay names a damaged, missing or wrong-sized image and reads the next") {
     const Recorded recorded;
     corrupt(recorded.color(0));
     std::filesystem::remove(recorded.color(1));
@@ -163,7 +163,7 @@ TEST_CASE("a damaged, missing or misfit image is told by name, and the next is r
     CHECK(f.color.sequence == 3);
 }
 
-TEST_CASE("a depth map of zeros is a frame like any other") {
+TEST_CASE("a replay delivers a depth map of zeros like any other") {
     const Recorded recorded;
     std::filesystem::remove(recorded.depth(0));
     REQUIRE(write_png(recorded.depth(0), DepthMap(16, 12)));
@@ -175,7 +175,7 @@ TEST_CASE("a depth map of zeros is a frame like any other") {
     CHECK(f.depth.depth == DepthMap(16, 12));
 }
 
-TEST_CASE("a replay of nothing, or of negative numbers, is refused") {
+TEST_CASE("a replay with an empty recording or negative options is refused") {
     const Recorded recorded;
     const TemporaryFolder empty;
     CHECK_FALSE(open_replay({.path = empty.path()}));

@@ -76,7 +76,7 @@ constexpr Playback fast{.real_time = false};
 
 } // namespace
 
-TEST_CASE("as fast as possible every image comes, with its own time, and then the end") {
+TEST_CASE("a rig without real time gives every image with its timestamp, then the end") {
     Bench bench(fast);
     for (std::uint64_t k = 0; k < 10; ++k) {
         REQUIRE(bench.image() == Capture::frame);
@@ -89,13 +89,13 @@ TEST_CASE("as fast as possible every image comes, with its own time, and then th
     CHECK(bench.clock->now == 1'000'000'000'000);
 }
 
-TEST_CASE("a rig stops after as many images as it was told") {
+TEST_CASE("a rig stops after the configured number of images") {
     Bench bench({.real_time = false, .frames = 2});
     bench.go_to(1);
     CHECK(bench.image() == Capture::ended);
 }
 
-TEST_CASE("in the dark there is no depth, and nobody looks for it") {
+TEST_CASE("a rig reads no depth while the light is off") {
     Bench bench(fast);
     for (int i = 0; i < 10; ++i) {
         bench.image();
@@ -104,7 +104,7 @@ TEST_CASE("in the dark there is no depth, and nobody looks for it") {
     CHECK(bench.depths_read.empty());
 }
 
-TEST_CASE("depth arrives as many images after the light as the camera needs to wake") {
+TEST_CASE("a rig's depth arrives after the wake latency in images") {
     const int latency = GENERATE(0, 1, 3);
     Bench bench({.real_time = false, .wake_latency_frames = latency});
     bench.go_to(2);
@@ -127,7 +127,7 @@ TEST_CASE("depth arrives as many images after the light as the camera needs to w
     CHECK(bench.depths_read == expected);
 }
 
-TEST_CASE("a light that went out has to wake again") {
+TEST_CASE("a rig's wake latency starts again after the light was off") {
     Bench bench({.real_time = false, .wake_latency_frames = 2});
     bench.go_to(0);
     bench.light(true);
@@ -147,7 +147,7 @@ TEST_CASE("a light that went out has to wake again") {
     CHECK(bench.depths_read == std::vector<std::uint64_t>{2, 3, 5});
 }
 
-TEST_CASE("light before the first image counts from it") {
+TEST_CASE("a rig's wake latency counts from the first image when lit before") {
     Bench bench({.real_time = false, .wake_latency_frames = 1});
     bench.light(true);
     CHECK(bench.map() == Capture::none);
@@ -157,7 +157,7 @@ TEST_CASE("light before the first image counts from it") {
     CHECK(bench.map() == Capture::frame);
 }
 
-TEST_CASE("a source that is not started gives nothing") {
+TEST_CASE("a rig's camera gives no frames before it is started") {
     Bench bench(fast);
     bench.light(true);
     bench.go_to(0);
@@ -169,7 +169,7 @@ TEST_CASE("a source that is not started gives nothing") {
     CHECK(bench.image() == Capture::none);
 }
 
-TEST_CASE("color that is started again begins at the first image") {
+TEST_CASE("a rig's restarted colour camera begins at the first image") {
     Bench bench(fast);
     bench.go_to(9);
     CHECK(bench.image() == Capture::ended);
@@ -178,7 +178,7 @@ TEST_CASE("color that is started again begins at the first image") {
     CHECK(bench.color.sequence == 0);
 }
 
-TEST_CASE("what is damaged is told, and the next read goes on") {
+TEST_CASE("a rig reports a damaged frame and continues with the next") {
     Bench bench(fast, {1});
     bench.go_to(0);
     CHECK(bench.image() == Capture::damaged);
@@ -191,7 +191,7 @@ TEST_CASE("what is damaged is told, and the next read goes on") {
     CHECK(bench.map() == Capture::frame);
 }
 
-TEST_CASE("a rig that goes takes its light with it") {
+TEST_CASE("destroying a rig's illuminator switches its light off") {
     Bench bench(fast);
     bench.light(true);
     bench.rig.illuminator.reset();
@@ -199,7 +199,7 @@ TEST_CASE("a rig that goes takes its light with it") {
     CHECK(bench.map() == Capture::none);
 }
 
-TEST_CASE("in real time an image comes when it is due, and carries that time") {
+TEST_CASE("a real-time rig delivers an image when it is due, with that timestamp") {
     Bench bench({.real_time = true});
     const std::int64_t start = bench.clock->now;
     for (int k = 0; k < 10; ++k) {
@@ -210,7 +210,7 @@ TEST_CASE("in real time an image comes when it is due, and carries that time") {
     CHECK(bench.image() == Capture::ended);
 }
 
-TEST_CASE("in real time nobody waits for longer than asked") {
+TEST_CASE("a real-time rig's read does not exceed its timeout") {
     Bench bench({.real_time = true});
     REQUIRE(bench.image() == Capture::frame);
     const std::int64_t start = bench.clock->now;
@@ -220,7 +220,7 @@ TEST_CASE("in real time nobody waits for longer than asked") {
     CHECK(bench.color.sequence == 1);
 }
 
-TEST_CASE("whoever is late by more than an image misses it, and sees the gap") {
+TEST_CASE("a real-time rig's late reader misses images and sees the gap") {
     Bench bench({.real_time = true, .wake_latency_frames = 2});
     bench.go_to(0);
     bench.light(true);
@@ -238,7 +238,7 @@ TEST_CASE("whoever is late by more than an image misses it, and sees the gap") {
     CHECK(bench.image() == Capture::ended);
 }
 
-TEST_CASE("whoever is late by less than an image misses none") {
+TEST_CASE("a real-time rig's reader late by less than one period misses no image") {
     Bench bench({.real_time = true});
     for (std::uint64_t k = 0; k < 10; ++k) {
         REQUIRE(bench.image() == Capture::frame);

@@ -58,7 +58,7 @@ double mean(LumaView luma) {
 
 } // namespace
 
-TEST_CASE("the same options give the same bits, and another seed gives others") {
+TEST_CASE("synthetic frames depend on options and seed alone") {
     const auto first = film(small, make_world(small), 3);
     const auto again = film(small, make_world(small), 3);
     SyntheticOptions other = small;
@@ -72,7 +72,7 @@ TEST_CASE("the same options give the same bits, and another seed gives others") 
     CHECK(first[1].color.t_ns == 33'333'333);
 }
 
-TEST_CASE("noise does not depend on what was measured before") {
+TEST_CASE("synthetic noise does not depend on earlier measurements") {
     auto rig = open_synthetic(small);
     REQUIRE(rig);
     REQUIRE(rig->color->start());
@@ -87,7 +87,7 @@ TEST_CASE("noise does not depend on what was measured before") {
     CHECK(depth.depth == film(small, make_world(small), 3)[2].depth.depth);
 }
 
-TEST_CASE("the depth of a slanted plane is that of geometry") {
+TEST_CASE("the synthetic depth of a slanted plane is exact") {
     SyntheticWorld world = wall_world();
     const Pose camera_to_world{rotation({0.2, 0.5, 0.1}), {0.3, -0.2, 0.4}};
     world.camera = at_rest(camera_to_world);
@@ -104,7 +104,7 @@ TEST_CASE("the depth of a slanted plane is that of geometry") {
     }
 }
 
-TEST_CASE("the depth of a sphere is that of geometry") {
+TEST_CASE("the synthetic depth of a sphere is exact") {
     SyntheticWorld world = wall_world();
     world.scene.spheres.push_back({.body = 0, .center = {0.2, 0.1, 1.5}, .radius = 0.3});
     SyntheticTruth truth(small, world);
@@ -125,7 +125,7 @@ TEST_CASE("the depth of a sphere is that of geometry") {
     CHECK(on_sphere < 2800);
 }
 
-TEST_CASE("where there is nothing there is no depth") {
+TEST_CASE("the synthetic depth of empty space is 0") {
     SyntheticTruth truth(small, wall_world(1));
     const DepthMap depth = truth.depth(0);
     CHECK(depth(80, 60) == 2000);
@@ -137,7 +137,7 @@ TEST_CASE("where there is nothing there is no depth") {
     CHECK(SyntheticTruth(small, behind).depth(0) == DepthMap(160, 120));
 }
 
-TEST_CASE("the room is closed: every pixel has depth, from anywhere the camera goes") {
+TEST_CASE("the synthetic room has depth at every pixel along the camera's path") {
     SyntheticTruth truth(small);
     for (std::uint64_t k = 0; k < 3000; k += 150) {
         const DepthMap depth = truth.depth(k);
@@ -148,7 +148,7 @@ TEST_CASE("the room is closed: every pixel has depth, from anywhere the camera g
     }
 }
 
-TEST_CASE("depth and pose of two frames agree: points go where the second frame sees them") {
+TEST_CASE("synthetic depth and poses of two frames are consistent") {
     const std::uint64_t from = 100;
     const std::uint64_t to = 106;
     SyntheticTruth truth(small);
@@ -178,7 +178,7 @@ TEST_CASE("depth and pose of two frames agree: points go where the second frame 
     CHECK(look_alike > 0.9 * seen);
 }
 
-TEST_CASE("an image moves by parts of a pixel as smoothly as the camera") {
+TEST_CASE("synthetic images move smoothly by fractions of a pixel") {
     // A twentieth of a pixel to the side at 2 m: the image changes by a twentieth of its slope.
     SyntheticOptions options = small;
     options.noise = false;
@@ -211,7 +211,7 @@ TEST_CASE("an image moves by parts of a pixel as smoothly as the camera") {
     CHECK(difference / (120 * 159) < 0.6); // of rounding
 }
 
-TEST_CASE("far patterns blur to their mean instead of aliasing") {
+TEST_CASE("synthetic patterns blur to their mean at a distance instead of aliasing") {
     SyntheticWorld world = wall_world(10'000);
     SyntheticOptions options = small;
     options.noise = false;
@@ -223,7 +223,7 @@ TEST_CASE("far patterns blur to their mean instead of aliasing") {
         CHECK(std::abs(pixel - level) < 3);
 }
 
-TEST_CASE("measured depth is spread as the noise model says") {
+TEST_CASE("synthetic depth noise follows the noise model") {
     SyntheticWorld world = wall_world();
     world.tof = {.sigma_at_0 = 0.004, .sigma_per_square = 0.002};
     const auto frames = film(small, world, 2);
@@ -238,7 +238,7 @@ TEST_CASE("measured depth is spread as the noise model says") {
     CHECK_FALSE(frames[0].depth.depth == frames[1].depth.depth);
 }
 
-TEST_CASE("nothing is measured beyond the range of the TOF camera") {
+TEST_CASE("synthetic depth beyond the TOF camera's range is 0") {
     SyntheticWorld world = wall_world();
     world.tof.furthest = 1.9;
     CHECK(film(small, world, 1)[0].depth.depth == DepthMap(160, 120));
@@ -247,7 +247,7 @@ TEST_CASE("nothing is measured beyond the range of the TOF camera") {
     CHECK(film(small, world, 1)[0].depth.depth == DepthMap(160, 120));
 }
 
-TEST_CASE("what is bright and near saturates") {
+TEST_CASE("synthetic depth saturates on bright near surfaces") {
     SyntheticWorld world = wall_world();
     world.tof.saturation = 0.5 / 4; // at 2 m, what is brighter than half
     SyntheticOptions options = small;
@@ -262,7 +262,7 @@ TEST_CASE("what is bright and near saturates") {
     CHECK(saturated < 160 * 120 - 100);
 }
 
-TEST_CASE("pixels fly at depth edges, between both sides, and nowhere else") {
+TEST_CASE("synthetic flying pixels occur only at depth edges, between both depths") {
     SyntheticWorld world = wall_world();
     world.scene.add_box(0, {0, 0, 1.25}, {0.4, 0.3, 0.5}, 0); // its front is 1 m away
     world.tof = TofNoise::none();
@@ -285,7 +285,7 @@ TEST_CASE("pixels fly at depth edges, between both sides, and nowhere else") {
     CHECK(flying < 500);
 }
 
-TEST_CASE("noise can be left out of both cameras") {
+TEST_CASE("synthetic noise can be disabled for both cameras") {
     SyntheticOptions options = small;
     options.noise = false;
     SyntheticTruth truth(options);
@@ -294,7 +294,7 @@ TEST_CASE("noise can be left out of both cameras") {
     CHECK(frames[1].depth.depth == truth.depth(1));
 }
 
-TEST_CASE("a thing can move by itself before a camera at rest") {
+TEST_CASE("a synthetic object can move in front of a static camera") {
     SyntheticWorld world = wall_world();
     const int body = world.scene.add_body([](double t) {
         return Pose{Eigen::Matrix3d::Identity(), {t, 0, 1}}; // 1 m/s to the right
@@ -319,7 +319,7 @@ TEST_CASE("a thing can move by itself before a camera at rest") {
     CHECK((truth.world_to_camera(6).T - truth.world_to_camera(0).T).norm() == 0);
 }
 
-TEST_CASE("a hand-held camera moves at the speed of a hand, and not at all on a tripod") {
+TEST_CASE("the synthetic hand-held camera has the configured speed, and none when static") {
     const Motion hand = hand_held(3, 1);
     const Motion tripod = hand_held(3, 0);
     double metres = 0, radians = 0;
@@ -341,7 +341,7 @@ TEST_CASE("a hand-held camera moves at the speed of a hand, and not at all on a 
     CHECK((hand_held(3, 2)(10).T - hand(20).T).norm() == Approx(0).margin(1e-12));
 }
 
-TEST_CASE("in steady state the synthetic cameras allocate nothing") {
+TEST_CASE("the synthetic cameras allocate nothing in steady state") {
     auto rig = open_synthetic(small);
     REQUIRE(rig);
     REQUIRE(rig->color->start());

@@ -27,7 +27,8 @@ TEST_CASE("the error metrics are those of the paper", "[core]") {
     CHECK(errors.coverage() == 100);
 }
 
-TEST_CASE("pixels without true depth do not count, missing ones lower the coverage", "[core]") {
+TEST_CASE("error metrics ignore pixels without true depth, and missing pixels lower the coverage",
+          "[core]") {
     const DepthErrors errors = compare_depth(map_of({1010, 0, 500, 0}), map_of({1000, 1000, 0, 0}));
     CHECK(errors.pixels == 1);
     CHECK(errors.true_pixels == 2);
@@ -35,7 +36,7 @@ TEST_CASE("pixels without true depth do not count, missing ones lower the covera
     CHECK(errors.coverage() == 50);
 }
 
-TEST_CASE("with nothing in common the metrics are zeros, not NaN", "[core]") {
+TEST_CASE("error metrics of maps without common pixels are 0, not NaN", "[core]") {
     for (const DepthMap &truth : {map_of({0, 0}), map_of({0, 7})}) {
         const DepthErrors errors = compare_depth(map_of({5, 0}), truth);
         CHECK(errors.pixels == 0);

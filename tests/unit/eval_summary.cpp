@@ -23,7 +23,7 @@ FrameScore measured() {
 
 } // namespace
 
-TEST_CASE("percentiles are interpolated between the values", "[eval]") {
+TEST_CASE("percentiles interpolate between values", "[eval]") {
     CHECK(percentile({3, 1, 2}, 50) == 2);
     CHECK(*percentile({1, 2, 3, 4}, 50) == Approx(2.5));
     CHECK(*percentile({0, 10}, 95) == Approx(9.5));
@@ -31,7 +31,7 @@ TEST_CASE("percentiles are interpolated between the values", "[eval]") {
     CHECK_FALSE(percentile({}, 50));
 }
 
-TEST_CASE("errors and coverage are over the estimated frames alone", "[eval]") {
+TEST_CASE("the summary's errors and coverage are over estimated frames alone", "[eval]") {
     Evaluation evaluation;
     evaluation.frames = {measured(), estimated(1, 90), estimated(2, 80), estimated(6, 70)};
     const Summary summary = summarize(evaluation, "d", "p", 1.5);
@@ -46,7 +46,7 @@ TEST_CASE("errors and coverage are over the estimated frames alone", "[eval]") {
     CHECK(*summary.coverage_p5 == Approx(71));
 }
 
-TEST_CASE("a frame without depth counts as covered by nothing", "[eval]") {
+TEST_CASE("the summary counts a frame without depth as zero coverage", "[eval]") {
     Evaluation evaluation;
     FrameScore nothing;
     nothing.coverage = 0;
@@ -57,7 +57,7 @@ TEST_CASE("a frame without depth counts as covered by nothing", "[eval]") {
     CHECK(*summary.coverage_median == Approx(50));
 }
 
-TEST_CASE("expected and true error are correlated where both are known", "[eval]") {
+TEST_CASE("the summary correlates expected and true error where both are known", "[eval]") {
     Evaluation evaluation;
     for (double mre : {1.0, 2.0, 4.0}) {
         evaluation.frames.push_back(estimated(mre, 90));
@@ -68,7 +68,7 @@ TEST_CASE("expected and true error are correlated where both are known", "[eval]
     CHECK_FALSE(summarize(evaluation, "d", "p", 1.5).expected_correlation);
 }
 
-TEST_CASE("the JSON is an object of numbers, and null where there is none", "[eval]") {
+TEST_CASE("the summary's JSON has numbers, and null for missing ones", "[eval]") {
     Evaluation evaluation;
     evaluation.frames = {measured()};
     const std::string json = to_json(summarize(evaluation, "a \"name\"\\\n", "paper", 1.2));

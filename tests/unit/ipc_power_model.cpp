@@ -14,7 +14,7 @@ TEST_CASE("the power model gives the paper's 23 % to 73 % at a duty cycle of 15 
     CHECK(saving(5) == Approx(0.73).margin(0.01));
 }
 
-TEST_CASE("the power model's ends are the TOF camera alone and the processor alone", "[core]") {
+TEST_CASE("the power model's limits are the TOF camera alone and the processor alone", "[core]") {
     const PowerModel model;
     CHECK(model.system_w(1) == Approx(5.19)); // P_TOF + P_I
     CHECK(model.system_w(0) == Approx(0.69)); // P_C + P_M

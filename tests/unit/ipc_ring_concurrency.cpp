@@ -61,7 +61,7 @@ private:
 
 } // namespace
 
-TEST_CASE("no torn frame is ever read", "[ipc][tsan]") {
+TEST_CASE("concurrent ring readers never see a torn frame", "[ipc][tsan]") {
     // Two slots: the writer is always about to overwrite what is read.
     TestRing ring(64, 48, 2);
     std::atomic<int> torn{0};
@@ -97,7 +97,7 @@ TEST_CASE("no torn frame is ever read", "[ipc][tsan]") {
     CHECK(torn == 0);
 }
 
-TEST_CASE("the seqlock keeps plain memory consistent without a data race", "[ipc][tsan]") {
+TEST_CASE("the ring's seqlock has no data race", "[ipc][tsan]") {
     // In one mapping, unlike a ring and its reader: here ThreadSanitizer sees both sides.
     constexpr std::size_t words = 64;
     alignas(8) static std::uint64_t sequence;
@@ -137,7 +137,7 @@ TEST_CASE("the seqlock keeps plain memory consistent without a data race", "[ipc
     CHECK(torn == 0);
 }
 
-TEST_CASE("a waiting reader wakes for a frame, and for the end of the ring", "[ipc][tsan]") {
+TEST_CASE("a waiting ring reader wakes for a frame and for the ring's end", "[ipc][tsan]") {
     auto ring = std::make_unique<TestRing>();
     UniqueFd daemon_end;
     const Stream stream = ring->open(daemon_end);
@@ -162,7 +162,7 @@ TEST_CASE("a waiting reader wakes for a frame, and for the end of the ring", "[i
     CHECK(afterglow_read_latest(stream.get(), nullptr, nullptr, 0) == -EPIPE);
 }
 
-TEST_CASE("a reader that is killed does not disturb the writer", "[ipc]") {
+TEST_CASE("a killed ring reader does not disturb the writer", "[ipc]") {
     TestRing ring;
     UniqueFd daemon_end;
     const Stream stream = ring.open(daemon_end);
@@ -194,7 +194,7 @@ TEST_CASE("a reader that is killed does not disturb the writer", "[ipc]") {
     ::close(alive[1]);
 }
 
-TEST_CASE("a reader notices that the daemon was killed", "[ipc]") {
+TEST_CASE("a ring reader notices that the daemon was killed", "[ipc]") {
     TestRing ring;
     UniqueFd daemon_end;
     const Stream stream = ring.open(daemon_end);
@@ -217,7 +217,7 @@ TEST_CASE("a reader notices that the daemon was killed", "[ipc]") {
     CHECK((poll.revents & POLLHUP) != 0);
 }
 
-TEST_CASE("the last frames can be read after the daemon's end", "[ipc]") {
+TEST_CASE("a ring reader can read the last frames after the daemon's end", "[ipc]") {
     auto ring = std::make_unique<TestRing>();
     UniqueFd daemon_end;
     const Stream stream = ring->open(daemon_end);
@@ -232,7 +232,7 @@ TEST_CASE("the last frames can be read after the daemon's end", "[ipc]") {
     CHECK(afterglow_read(stream.get(), 1, nullptr, nullptr, 0) == -EPIPE);
 }
 
-TEST_CASE("a signal ends a wait", "[ipc]") {
+TEST_CASE("a signal ends a ring reader's wait", "[ipc]") {
     TestRing ring;
     UniqueFd daemon_end;
     const Stream stream = ring.open(daemon_end);
@@ -254,7 +254,7 @@ TEST_CASE("a signal ends a wait", "[ipc]") {
     ::sigaction(SIGUSR1, &before, nullptr);
 }
 
-TEST_CASE("wake-ups on the socket are taken off by reading", "[ipc]") {
+TEST_CASE("reading a ring frame consumes the socket's wake-ups", "[ipc]") {
     TestRing ring;
     UniqueFd daemon_end;
     const Stream stream = ring.open(daemon_end);

@@ -64,7 +64,7 @@ int open_changed(const std::function<void(afterglow_ring_header &)> &change) {
 
 } // namespace
 
-TEST_CASE("a copy of a good ring is accepted", "[ipc]") {
+TEST_CASE("a copy of a valid ring is accepted", "[ipc]") {
     CHECK(open_changed([](afterglow_ring_header &) {}) == 0);
 }
 
@@ -144,19 +144,19 @@ TEST_CASE("a ring whose header contradicts itself is refused", "[ipc]") {
     }
 }
 
-TEST_CASE("a ring of a newer minor version is read", "[ipc]") {
+TEST_CASE("a ring of a newer minor version is accepted", "[ipc]") {
     CHECK(open_changed([](afterglow_ring_header &header) {
               ++header.minor;
               header.planes[2].kind = 77;
           }) == 0);
 }
 
-TEST_CASE("memory that is not a whole sealed ring is refused", "[ipc]") {
+TEST_CASE("a ring in unsealed, truncated or other memory is refused", "[ipc]") {
     TestRing ring;
     ring.publish();
     const auto bytes = bytes_of(ring.writer());
 
-    SECTION("seals are missing") {
+    SECTION("unsealed memory") {
         for (const int missing :
              {F_SEAL_GROW, F_SEAL_SHRINK, F_SEAL_FUTURE_WRITE, F_SEAL_SEAL, all_seals}) {
             INFO("without seal " << missing);
@@ -164,7 +164,7 @@ TEST_CASE("memory that is not a whole sealed ring is refused", "[ipc]") {
                   -EPERM);
         }
     }
-    SECTION("it is cut off") {
+    SECTION("truncated memory") {
         for (const std::size_t size :
              {std::size_t{0}, std::size_t{1}, sizeof(afterglow_ring_header) - 1,
               sizeof(afterglow_ring_header), bytes.size() / 2, bytes.size() - 1}) {
@@ -172,16 +172,16 @@ TEST_CASE("memory that is not a whole sealed ring is refused", "[ipc]") {
             CHECK(open_memory(memfd_with(bytes.data(), size)) == -EPROTO);
         }
     }
-    SECTION("it is not a memfd") {
+    SECTION("a file that is no memfd") {
         CHECK(open_memory(UniqueFd(::open("/dev/null", O_RDONLY | O_CLOEXEC))) == -EPROTO);
         CHECK(open_memory(UniqueFd(::open("/", O_RDONLY | O_CLOEXEC))) == -EPROTO);
     }
-    SECTION("it is no descriptor") {
+    SECTION("an invalid descriptor") {
         CHECK(open_memory(UniqueFd()) == -EBADF);
     }
 }
 
-TEST_CASE("a socket that is not one is refused and its memory closed", "[ipc]") {
+TEST_CASE("a ring whose socket is no socket is refused and its memory closed", "[ipc]") {
     TestRing ring;
     afterglow_stream *stream = nullptr;
     const int memory = ::fcntl(ring.writer().fd(), F_DUPFD_CLOEXEC, 0);
@@ -191,7 +191,7 @@ TEST_CASE("a socket that is not one is refused and its memory closed", "[ipc]") 
     CHECK(::fcntl(memory, F_GETFD) == -1);
 }
 
-TEST_CASE("a header of chance is refused or read without harm", "[ipc]") {
+TEST_CASE("a ring with a random header is refused or read without harm", "[ipc]") {
     TestRing ring;
     ring.publish();
     auto bytes = bytes_of(ring.writer());
@@ -245,7 +245,7 @@ TEST_CASE("a reader cannot write to the ring", "[ipc]") {
     CHECK(planes.are_of(0));
 }
 
-TEST_CASE("no ring is made for a camera that is none", "[ipc]") {
+TEST_CASE("no ring is created for invalid camera parameters", "[ipc]") {
     const Intrinsics good{500, 500, 319.5, 239.5, 640, 480};
     REQUIRE(RingWriter::create(good));
     const auto refused = [&](auto change) {

@@ -9,7 +9,7 @@
 using namespace afterglow;
 using namespace afterglow::test;
 
-TEST_CASE("a frame is read as it was published", "[ipc]") {
+TEST_CASE("a ring frame is read as it was published", "[ipc]") {
     // Rows that do not fill whole words, out of images that have wider rows still.
     const int width = 37;
     const int height = 5;
@@ -92,7 +92,7 @@ TEST_CASE("a frame is read as it was published", "[ipc]") {
     }
 }
 
-TEST_CASE("a slow reader gets the newest frame and is told what it missed", "[ipc]") {
+TEST_CASE("a slow ring reader gets the newest frame and the number of missed ones", "[ipc]") {
     TestRing ring;
     UniqueFd daemon_end;
     const Stream stream = ring.open(daemon_end);
@@ -136,7 +136,7 @@ TEST_CASE("a slow reader gets the newest frame and is told what it missed", "[ip
     CHECK(read(UINT64_MAX) == -EAGAIN);
 }
 
-TEST_CASE("a frame is only copied to buffers that can take it", "[ipc]") {
+TEST_CASE("a ring frame is copied only to buffers of sufficient size", "[ipc]") {
     TestRing ring;
     ring.publish();
     UniqueFd daemon_end;
@@ -161,7 +161,7 @@ TEST_CASE("a frame is only copied to buffers that can take it", "[ipc]") {
     CHECK(latest(nullptr, 0) == 0); // none of the refusals has used the frame up
 }
 
-TEST_CASE("a stream that is NULL is an invalid argument", "[ipc]") {
+TEST_CASE("libafterglow returns EINVAL for a NULL stream", "[ipc]") {
     afterglow_stream_info info;
     afterglow_frame frame;
     CHECK(afterglow_open(nullptr, nullptr) == -EINVAL);
@@ -176,7 +176,7 @@ TEST_CASE("a stream that is NULL is an invalid argument", "[ipc]") {
     afterglow_close(nullptr);
 }
 
-TEST_CASE("every error has a sentence", "[ipc]") {
+TEST_CASE("afterglow_strerror has a sentence for every error", "[ipc]") {
     for (int error = 0; error < 200; ++error) {
         const std::string sentence = afterglow_strerror(-error);
         CHECK(!sentence.empty());
@@ -186,7 +186,7 @@ TEST_CASE("every error has a sentence", "[ipc]") {
     CHECK(afterglow_strerror(-100000) == std::string("unknown error"));
 }
 
-TEST_CASE("publishing allocates nothing", "[ipc]") {
+TEST_CASE("publishing a ring frame allocates nothing", "[ipc]") {
     TestRing ring;
     const std::uint64_t before = allocation_count();
     for (int i = 0; i < 20; ++i)

@@ -171,7 +171,7 @@ Stream open_on(const std::string &bus, int &error) {
 
 } // namespace
 
-TEST_CASE("a reader needs nothing but the bus", "[ipc]") {
+TEST_CASE("the reader library opens a stream with nothing but the bus", "[ipc]") {
     Daemon daemon;
     const std::string address = daemon.bus.address();
     int error = 0;
@@ -194,7 +194,7 @@ TEST_CASE("a reader needs nothing but the bus", "[ipc]") {
     CHECK(daemon.control.claims == std::vector<int>{1, 0});
 }
 
-TEST_CASE("the running service is what its introspection file says", "[ipc]") {
+TEST_CASE("the D-Bus service matches its introspection file", "[ipc]") {
     Daemon daemon;
     const std::string answered =
         daemon.serve([&] { return Client(daemon.bus.address()).introspect(); });
@@ -203,7 +203,7 @@ TEST_CASE("the running service is what its introspection file says", "[ipc]") {
     CHECK(interface_of(answered) == interface_of(written));
 }
 
-TEST_CASE("the mode is read and set by its name", "[ipc]") {
+TEST_CASE("the D-Bus property Mode is read and set by name", "[ipc]") {
     Daemon daemon;
     const std::string address = daemon.bus.address();
     CHECK(daemon.serve([&] { return Client(address).get_string("Mode"); }) == "auto");
@@ -215,7 +215,7 @@ TEST_CASE("the mode is read and set by its name", "[ipc]") {
                                                         GateMode::off, GateMode::automatic});
 }
 
-TEST_CASE("a mode that does not exist is refused with the names of those that do", "[ipc]") {
+TEST_CASE("the D-Bus service refuses an unknown mode with the known names", "[ipc]") {
     Daemon daemon;
     const std::string address = daemon.bus.address();
     for (const char *mode : {"", "AUTO", "sometimes", "auto "}) {
@@ -228,7 +228,7 @@ TEST_CASE("a mode that does not exist is refused with the names of those that do
     CHECK(daemon.serve([&] { return Client(address).get_string("Mode"); }) == "auto");
 }
 
-TEST_CASE("changes of mode and state are announced", "[ipc]") {
+TEST_CASE("the D-Bus service announces changes of mode and state", "[ipc]") {
     Daemon daemon;
     Client listener(daemon.bus.address());
     std::vector<std::string> heard;
@@ -259,7 +259,7 @@ TEST_CASE("changes of mode and state are announced", "[ipc]") {
     CHECK(heard == std::vector<std::string>{"State=running", "State=tof-lost", "Mode=off"});
 }
 
-TEST_CASE("the statistics on the bus are those of the frames", "[ipc]") {
+TEST_CASE("the D-Bus statistics are those of the published frames", "[ipc]") {
     Daemon daemon;
     const std::string address = daemon.bus.address();
     for (const std::uint32_t source :
@@ -289,7 +289,7 @@ TEST_CASE("the statistics on the bus are those of the frames", "[ipc]") {
     CHECK(count("LatencyP99") == 0);
 }
 
-TEST_CASE("options of OpenStream that do not exist are refused", "[ipc]") {
+TEST_CASE("OpenStream refuses unknown options", "[ipc]") {
     Daemon daemon;
     const Answer answer =
         daemon.serve([&] { return Client(daemon.bus.address()).call_open_stream_with("colour"); });
@@ -298,7 +298,7 @@ TEST_CASE("options of OpenStream that do not exist are refused", "[ipc]") {
     CHECK(daemon.control.claims.empty());
 }
 
-TEST_CASE("a user's streams are limited on the bus", "[ipc]") {
+TEST_CASE("OpenStream limits the number of streams per user", "[ipc]") {
     Daemon daemon;
     const std::string address = daemon.bus.address();
     std::vector<Stream> streams;
@@ -316,7 +316,7 @@ TEST_CASE("a user's streams are limited on the bus", "[ipc]") {
     CHECK(error == 0);
 }
 
-TEST_CASE("a reader is told what is missing: the bus, or the daemon on it", "[ipc]") {
+TEST_CASE("the reader library tells a missing bus from a missing daemon", "[ipc]") {
     afterglow_stream *stream = nullptr;
     CHECK(afterglow_open("unix:path=/nowhere/bus", &stream) == -ENOENT);
     CHECK(afterglow_open("nonsense", &stream) == -ECONNREFUSED);
@@ -326,7 +326,7 @@ TEST_CASE("a reader is told what is missing: the bus, or the daemon on it", "[ip
     CHECK(stream == nullptr);
 }
 
-TEST_CASE("the service says why it cannot be on the bus", "[ipc]") {
+TEST_CASE("the D-Bus service reports why it cannot be on the bus", "[ipc]") {
     Daemon daemon;
     const auto second = daemon.create();
     REQUIRE(!second);
@@ -344,13 +344,13 @@ TEST_CASE("the service says why it cannot be on the bus", "[ipc]") {
           "cannot connect to the bus at unix:path=/nowhere/bus: No such file or directory");
 }
 
-TEST_CASE("the event loop ends with an error when the bus is lost", "[ipc]") {
+TEST_CASE("the D-Bus event loop ends with an error when the bus is lost", "[ipc]") {
     Daemon daemon;
     daemon.bus.stop();
     CHECK(sd_event_loop(daemon.event()) == EXIT_FAILURE);
 }
 
-TEST_CASE("the end of the service ends its streams", "[ipc]") {
+TEST_CASE("the end of the D-Bus service ends its streams", "[ipc]") {
     auto daemon = std::make_unique<Daemon>();
     int error = 0;
     const Stream stream = daemon->serve([&] { return open_on(daemon->bus.address(), error); });

@@ -19,7 +19,7 @@ FrameEvent event_of(afterglow_source source, bool illuminated, std::int64_t late
 
 } // namespace
 
-TEST_CASE("percentiles of durations are right to three percent at every size", "[ipc]") {
+TEST_CASE("the duration histogram's percentiles are within three percent at every size", "[ipc]") {
     for (std::int64_t ns = 1; ns < std::numeric_limits<std::int64_t>::max() / 3; ns = ns * 2 + 7) {
         DurationHistogram histogram;
         histogram.add(ns);
@@ -29,7 +29,7 @@ TEST_CASE("percentiles of durations are right to three percent at every size", "
     }
 }
 
-TEST_CASE("percentiles tell the usual from the rare", "[ipc]") {
+TEST_CASE("the duration histogram's percentiles follow its distribution", "[ipc]") {
     DurationHistogram histogram;
     CHECK(histogram.percentile(0.5) == 0);
     for (int i = 1; i <= 1000; ++i)
@@ -40,7 +40,7 @@ TEST_CASE("percentiles tell the usual from the rare", "[ipc]") {
     CHECK(static_cast<double>(histogram.percentile(1)) == Approx(1000e3).epsilon(0.03));
 }
 
-TEST_CASE("impossible durations are counted without harm", "[ipc]") {
+TEST_CASE("the duration histogram accepts negative and huge durations", "[ipc]") {
     DurationHistogram histogram;
     histogram.add(-1);
     histogram.add(std::numeric_limits<std::int64_t>::min());
@@ -49,7 +49,7 @@ TEST_CASE("impossible durations are counted without harm", "[ipc]") {
     CHECK(static_cast<double>(histogram.percentile(1)) == Approx(9.2e18).epsilon(0.03));
 }
 
-TEST_CASE("frames are counted by where their depth comes from", "[ipc]") {
+TEST_CASE("the statistics count frames by source of depth", "[ipc]") {
     Statistics statistics;
     CHECK(statistics.duty_cycle() == 0);
     statistics.add(event_of(AFTERGLOW_NONE, true)); // lit, but the camera was not awake yet
@@ -64,7 +64,7 @@ TEST_CASE("frames are counted by where their depth comes from", "[ipc]") {
     CHECK(static_cast<double>(statistics.latency_p50()) == Approx(2e6).epsilon(0.03));
 }
 
-TEST_CASE("a reset starts every count anew and keeps what is of the last frame", "[ipc]") {
+TEST_CASE("resetting the statistics clears counts and keeps the last frame's values", "[ipc]") {
     Statistics statistics;
     FrameEvent event = event_of(AFTERGLOW_ESTIMATED, true, 1000);
     event.damaged = 3;
@@ -92,7 +92,7 @@ TEST_CASE("a reset starts every count anew and keeps what is of the last frame",
     CHECK(statistics.missed() == 2);
 }
 
-TEST_CASE("pairing errors and wake latencies are of the measurements that came") {
+TEST_CASE("the statistics' pairing errors and wake latencies are over arrived measurements") {
     Statistics statistics;
     statistics.add(event_of(AFTERGLOW_ESTIMATED, false));
     CHECK(statistics.pairing_error_p99() == 0);

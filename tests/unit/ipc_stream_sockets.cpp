@@ -52,7 +52,7 @@ std::vector<std::uint64_t> received(const UniqueFd &client) {
 
 } // namespace
 
-TEST_CASE("every stream is told of every frame", "[ipc]") {
+TEST_CASE("every stream socket is notified of every frame", "[ipc]") {
     Fixture fixture;
     const UniqueFd first = fixture.open();
     const UniqueFd second = fixture.open();
@@ -62,7 +62,7 @@ TEST_CASE("every stream is told of every frame", "[ipc]") {
     CHECK(received(second) == std::vector<std::uint64_t>{70, 71});
 }
 
-TEST_CASE("a stream ends when its client closes it, and is no claim any more", "[ipc]") {
+TEST_CASE("a stream ends and releases its claim when its client closes the socket", "[ipc]") {
     Fixture fixture;
     UniqueFd first = fixture.open();
     CHECK(fixture.claims == 1);
@@ -76,7 +76,7 @@ TEST_CASE("a stream ends when its client closes it, and is no claim any more", "
     CHECK(received(second).size() == 1);
 }
 
-TEST_CASE("a stream ends when its client will not read any more", "[ipc]") {
+TEST_CASE("a stream ends when its client shuts down reading", "[ipc]") {
     Fixture fixture;
     const UniqueFd client = fixture.open();
     ::shutdown(client.get(), SHUT_RD);
@@ -84,7 +84,7 @@ TEST_CASE("a stream ends when its client will not read any more", "[ipc]") {
     CHECK(fixture.claims == 0);
 }
 
-TEST_CASE("a client that never reads is left out and reads on later", "[ipc]") {
+TEST_CASE("a stream whose client does not read is skipped and resumes later", "[ipc]") {
     Fixture fixture;
     const UniqueFd stuck = fixture.open();
     const UniqueFd reader = fixture.open();
@@ -105,7 +105,7 @@ TEST_CASE("a client that never reads is left out and reads on later", "[ipc]") {
     CHECK(fixture.claims == 2);
 }
 
-TEST_CASE("what a client sends never reaches the daemon", "[ipc]") {
+TEST_CASE("data sent by a stream's client never reaches the daemon", "[ipc]") {
     Fixture fixture;
     const UniqueFd client = fixture.open();
     const std::vector<char> junk(4096, 'x');
@@ -118,7 +118,7 @@ TEST_CASE("what a client sends never reaches the daemon", "[ipc]") {
     CHECK(received(client) == std::vector<std::uint64_t>{1});
 }
 
-TEST_CASE("a user has a limited number of streams and cannot use up the others'", "[ipc]") {
+TEST_CASE("the number of streams is limited per user", "[ipc]") {
     Fixture fixture;
     std::vector<UniqueFd> clients;
     for (uid_t user = 1; user <= 3; ++user) {
@@ -143,7 +143,7 @@ TEST_CASE("a user has a limited number of streams and cannot use up the others'"
     CHECK(fixture.sockets().open(1));
 }
 
-TEST_CASE("a client that opens and closes thousands of streams leaves nothing behind", "[ipc]") {
+TEST_CASE("opening and closing thousands of streams leaks nothing", "[ipc]") {
     Fixture fixture;
     for (int i = 0; i < 5000; ++i) {
         const auto stream = fixture.sockets().open(1);

@@ -12,7 +12,7 @@
 using namespace afterglow;
 using namespace afterglow::libcam;
 
-TEST_CASE("a camera of libcamera's is chosen by its id, or by a part that no other has") {
+TEST_CASE("a libcamera camera is chosen by its id or an unambiguous part of it") {
     const std::vector<std::string> ids = {"/base/soc/i2c@1/imx219@10", "/base/soc/i2c@1/imx219@1",
                                           "\\_SB_.PCI0.XHC_-1:1.0-1d6b:0102"};
     CHECK(*choose_id(ids, ids[0]) == ids[0]);
@@ -29,7 +29,7 @@ TEST_CASE("a camera of libcamera's is chosen by its id, or by a part that no oth
           "the camera 'ov5647' is not there (libcamera has none)");
 }
 
-TEST_CASE("formats have libcamera's codes, the cheapest luma first") {
+TEST_CASE("libcamera formats have its codes, with the cheapest luma first") {
     CHECK(drm_code(V4L2_PIX_FMT_GREY) == v4l2_fourcc('R', '8', ' ', ' '));
     CHECK(drm_code(V4L2_PIX_FMT_NV12) == V4L2_PIX_FMT_NV12);
     const std::vector<std::uint32_t> formats = readable_formats();

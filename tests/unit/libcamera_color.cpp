@@ -67,8 +67,7 @@ std::string refusal(const LibcameraColorOptions &options) {
 
 } // namespace
 
-TEST_CASE(
-    "an image of libcamera's comes with its luma, capture time and number, but for the first") {
+TEST_CASE("a libcamera image has luma, capture time and number, and the first is skipped") {
     Camera camera("fffgf");
     REQUIRE(camera.source->start());
     const std::int64_t before =
@@ -82,7 +81,7 @@ TEST_CASE(
     CHECK(camera.source->read(camera.frame, 1ms) == Capture::none);
 }
 
-TEST_CASE("whoever reads late gets the newest image of libcamera's, and a gap in the count") {
+TEST_CASE("a late reader of libcamera gets the newest image and a gap in the count") {
     Camera camera("fFFF");
     REQUIRE(camera.source->start());
     std::uint64_t last = 0;
@@ -94,7 +93,7 @@ TEST_CASE("whoever reads late gets the newest image of libcamera's, and a gap in
     CHECK(last == 2);
 }
 
-TEST_CASE("an image that libcamera held back until after a newer one is passed over") {
+TEST_CASE("a libcamera image delivered after a newer one is skipped") {
     Camera camera("fFFLF");
     REQUIRE(camera.source->start());
     std::vector<std::uint64_t> numbers;
@@ -107,7 +106,7 @@ TEST_CASE("an image that libcamera held back until after a newer one is passed o
     CHECK(camera.source->read(camera.frame, 20ms) == Capture::none);
 }
 
-TEST_CASE("an image that libcamera calls bad, or that is short, is damaged; the next is not") {
+TEST_CASE("a libcamera image marked bad or too short is damaged, and the next is read") {
     Camera camera("ffsf");
     REQUIRE(camera.source->start());
     REQUIRE(camera.read() == Capture::frame);
@@ -125,7 +124,7 @@ TEST_CASE("an image that libcamera calls bad, or that is short, is damaged; the 
                                    "as bad");
 }
 
-TEST_CASE("a camera of libcamera's that goes is lost, with the reason, and can be started again") {
+TEST_CASE("a lost libcamera camera is reported with the reason and can be restarted") {
     const auto [script, problem] = GENERATE(table<std::string, std::string>({
         {"ffu", "the camera 'X' was unplugged"},
         {"ffx", "the camera 'ffx' was lost: libcamera's process ended"},
@@ -143,7 +142,7 @@ TEST_CASE("a camera of libcamera's that goes is lost, with the reason, and can b
     }
 }
 
-TEST_CASE("what stands in the way of a camera of libcamera's is said") {
+TEST_CASE("a libcamera camera that cannot be opened is reported with the reason") {
     CHECK(Camera("nothing").refusal() == "the camera 'X' is not there (libcamera has none)");
     CHECK(Camera("mute").refusal() == "libcamera does not answer about the camera 'mute'");
     CHECK(Camera("x").refusal() == "libcamera's process ended at the camera 'x'");
@@ -153,12 +152,12 @@ TEST_CASE("what stands in the way of a camera of libcamera's is said") {
     CHECK(has_no_children());
 }
 
-TEST_CASE("afterglow-libcamera itself names a camera that is not there") {
+TEST_CASE("afterglow-libcamera names a camera that is not there") {
     const std::string refusal = Camera("none of these", libcamera_helper()).refusal();
     CHECK(refusal.starts_with("the camera 'none of these' is not there (libcamera has "));
 }
 
-TEST_CASE("a camera of libcamera's leaves neither a process nor a descriptor behind") {
+TEST_CASE("a closed libcamera camera leaks no process and no descriptor") {
     Camera camera("ff");
     const std::ptrdiff_t before = open_descriptors();
     for (int i = 0; i < 10; ++i) {
@@ -180,7 +179,7 @@ TEST_CASE("reading libcamera's images allocates nothing") {
     CHECK(allocation_count() == before);
 }
 
-TEST_CASE("options that no camera of libcamera's could satisfy are refused at once") {
+TEST_CASE("libcamera options that no camera can satisfy are refused at once") {
     CHECK(refusal(options_for("")) == "no camera is named");
     LibcameraColorOptions options = options_for("cam");
     options.format = "RGB3"; // only libv4lconvert reads it

@@ -36,12 +36,12 @@ TEST_CASE("libcamera's cameras are listed with their ids, models and modes") {
     CHECK(list("")->empty());
 }
 
-TEST_CASE("a libcamera that fails, dies or hangs while it lists is told from one without cameras") {
+TEST_CASE("a libcamera that fails, dies or hangs while listing is reported as such") {
     CHECK(refusal("n") == "libcamera does not start");
     CHECK(refusal("cx") == "libcamera's process ended");
     CHECK(refusal("cm") == "libcamera does not say which cameras it has");
 }
 
-TEST_CASE("afterglow-libcamera itself lists what there is") {
+TEST_CASE("afterglow-libcamera lists the cameras") {
     CHECK(list_libcamera_cameras());
 }

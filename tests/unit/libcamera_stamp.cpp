@@ -13,29 +13,29 @@ constexpr std::int64_t arrival = 100 * second;
 
 } // namespace
 
-TEST_CASE("libcamera's stamp of an exposure's begin is the capture time") {
+TEST_CASE("a libcamera timestamp of the exposure's start is the capture time") {
     CHECK(capture_time({arrival - 40 * ms, true, arrival}, period, 0) == arrival - 40 * ms);
 }
 
-TEST_CASE("a stamp of a frame's end is set back by a frame") {
+TEST_CASE("a libcamera timestamp of the frame's end is set back by one frame") {
     CHECK(capture_time({arrival - 5 * ms, false, arrival}, period, 0) == arrival - 5 * ms - period);
 }
 
-TEST_CASE("after the machine has slept, stamps of either clock are right") {
+TEST_CASE("libcamera timestamps of either clock are correct after suspend") {
     constexpr std::int64_t asleep = 3600 * second;
     CHECK(capture_time({arrival - 40 * ms, true, arrival}, period, asleep) == arrival - 40 * ms);
     CHECK(capture_time({arrival - 40 * ms + asleep, true, arrival}, period, asleep) ==
           arrival - 40 * ms);
 }
 
-TEST_CASE("for a stamp that cannot be true arrival stands as the frame's end") {
+TEST_CASE("an impossible libcamera timestamp is replaced by the arrival time") {
     for (const std::int64_t stamp : {std::int64_t{0}, arrival - 3 * second, arrival + second}) {
         CHECK(capture_time({stamp, true, arrival}, period, 0) == arrival - period);
         CHECK(capture_time({stamp, false, arrival}, period, 0) == arrival - period);
     }
 }
 
-TEST_CASE("the time asleep is not negative and does not run") {
+TEST_CASE("the suspended time is not negative and constant while awake") {
     const std::int64_t asleep = time_asleep_ns();
     CHECK(asleep > -ms);
     CHECK(time_asleep_ns() - asleep < 100 * ms);

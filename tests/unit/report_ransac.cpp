@@ -4,7 +4,8 @@
 
 using namespace afterglow;
 
-TEST_CASE("RANSAC lowers the translation error as in the paper's Table II", "[report]") {
+TEST_CASE("the RANSAC simulation lowers the translation error as in the paper's Table II",
+          "[report]") {
     const auto scores = simulate_ransac(300);
     REQUIRE(scores.size() == 3);
     for (const RansacScore &score : scores) {
@@ -17,6 +18,6 @@ TEST_CASE("RANSAC lowers the translation error as in the paper's Table II", "[re
     }
 }
 
-TEST_CASE("the reduction is that of the error, in percent", "[report]") {
+TEST_CASE("the RANSAC simulation's reduction is the error's, in percent", "[report]") {
     CHECK(RansacScore{.plain_rmse_m = 0.02, .ransac_rmse_m = 0.005}.reduction() == Approx(75));
 }

@@ -76,7 +76,7 @@ std::string all_tables(const Results &results) {
 
 } // namespace
 
-TEST_CASE("a result that changes changes the page, the tables and the JSON", "[report]") {
+TEST_CASE("a changed result changes the report's page, tables and JSON", "[report]") {
     const Results before = sample();
     const std::vector<std::pair<const char *, std::function<void(Results &)>>> changes = {
         {"MRE", [](Results &r) { r.scores[2].summary.mre_median = 0.87; }},
@@ -129,13 +129,13 @@ TEST_CASE("a result that changes changes the page, the tables and the JSON", "[r
     CHECK(to_html(before) != to_html(repainted));
 }
 
-TEST_CASE("no results, no figures of ours", "[report]") {
+TEST_CASE("a report without results shows none of our figures", "[report]") {
     CHECK(make_tables({}).empty());
     CHECK(make_figures({}).empty());
     CHECK(to_html({}).find("<table") == std::string::npos);
 }
 
-TEST_CASE("the page marks what is theirs and says when it is partial", "[report]") {
+TEST_CASE("the report's page marks the paper's numbers and partial results", "[report]") {
     Results results = sample();
     CHECK(to_html(results).find("on its data\">30</span>") == std::string::npos);
     CHECK(to_html(results).find("on its data\">30.00</span>") != std::string::npos);
@@ -144,7 +144,7 @@ TEST_CASE("the page marks what is theirs and says when it is partial", "[report]
     CHECK(to_html(results).find("is partial") != std::string::npos);
 }
 
-TEST_CASE("the page holds all that it needs", "[report]") {
+TEST_CASE("the report's page needs no other file", "[report]") {
     const std::string page = to_html(sample());
     CHECK(page.find("<svg") != std::string::npos);
     CHECK(page.find("src=\"data:image/png;base64,iVBOR") != std::string::npos);
@@ -153,7 +153,7 @@ TEST_CASE("the page holds all that it needs", "[report]") {
     CHECK(page.find("<script") == std::string::npos);
 }
 
-TEST_CASE("names of folders cannot break the page or the tables", "[report]") {
+TEST_CASE("folder names are escaped in the report's page and tables", "[report]") {
     Results results = sample();
     for (Score &s : results.scores)
         s.summary.dataset = "=<script>\"&,";
@@ -164,7 +164,8 @@ TEST_CASE("names of folders cannot break the page or the tables", "[report]") {
     CHECK(all_tables(sample()).find(",+20.0") != std::string::npos); // numbers stay numbers
 }
 
-TEST_CASE("thresholds are set for one percent, baselines for the same duty cycle", "[report]") {
+TEST_CASE("the report tunes thresholds for one percent error and baselines for equal duty cycle",
+          "[report]") {
     const Results r = sample();
     CHECK(tuned_score(r.scores, "desk", "paper")->setting.value == 2);
     CHECK(tuned_score(r.scores, "desk", "default")->setting.value == 1);
@@ -174,7 +175,7 @@ TEST_CASE("thresholds are set for one percent, baselines for the same duty cycle
     CHECK(compared_duty_cycle(r.scores, "kitchen") < 0);
 }
 
-TEST_CASE("a system that always measures has no error to choose by", "[report]") {
+TEST_CASE("the report chooses no threshold for a system that always measures", "[report]") {
     const std::vector<Score> scores = {score("desk", "paper", "threshold", 1, 100, 1)};
     CHECK(tuned_score(scores, "desk", "paper") == nullptr);
 }
@@ -192,7 +193,7 @@ TEST_CASE("the paper's datasets are known by layout and by name", "[report]") {
     CHECK_FALSE(paper::errors("tum", "sfm-orb"));
 }
 
-TEST_CASE("the paper's datasets come first, in its order, and say what stands in", "[report]") {
+TEST_CASE("the report lists the paper's datasets first, with their substitutes", "[report]") {
     Results results;
     for (const char *name : {"office", "synthetic:icl-nuim", "tum_fr1_rpy"})
         for (const char *system : {"paper", "lk", "default"})
@@ -211,7 +212,7 @@ TEST_CASE("the paper's datasets come first, in its order, and say what stands in
     CHECK(table->rows[3].cells[0].theirs == "0.93");
 }
 
-TEST_CASE("what a merged file calls its system names no file outside the report", "[report]") {
+TEST_CASE("a merged system name cannot leave the report's folder", "[report]") {
     Results results;
     results.scores = {score("desk", "../../etc/passwd", "", 0, 20, 1)};
     for (const Table &table : make_tables(results))
@@ -219,7 +220,7 @@ TEST_CASE("what a merged file calls its system names no file outside the report"
               std::string::npos);
 }
 
-TEST_CASE("idle time is never less than none", "[report]") {
+TEST_CASE("the report's idle power is never negative", "[report]") {
     Results results = sample();
     const auto idle = [&] {
         for (const Table &table : make_tables(results))
@@ -232,7 +233,7 @@ TEST_CASE("idle time is never less than none", "[report]") {
     CHECK(idle() == "0.00");
 }
 
-TEST_CASE("base64 pads what does not come in threes", "[report]") {
+TEST_CASE("base64 pads incomplete groups", "[report]") {
     CHECK(base64("") == "");
     CHECK(base64("f") == "Zg==");
     CHECK(base64("fo") == "Zm8=");
@@ -240,7 +241,7 @@ TEST_CASE("base64 pads what does not come in threes", "[report]") {
     CHECK(base64("\xff\xfe") == "//4=");
 }
 
-TEST_CASE("a point beyond the axes is drawn at their edge, hollow", "[report]") {
+TEST_CASE("a plot draws points beyond its axes hollow at the edge", "[report]") {
     Plot plot{.id = "p", .title = "p", .x_label = "x", .y_label = "y", .series = {}};
     plot.series.push_back({.name = "s", .line = false, .points = {{0.5, 0.5}}});
     CHECK(to_svg(plot).find("outside") == std::string::npos);

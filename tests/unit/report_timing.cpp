@@ -4,7 +4,7 @@
 
 using namespace afterglow;
 
-TEST_CASE("times are compared within their round", "[report]") {
+TEST_CASE("timings are compared within a round", "[report]") {
     Stopwatches watches({"a", "b"}, "a");
     watches.add_round({1, 2});
     watches.add_round({100, 200}); // something else kept the machine busy
@@ -19,7 +19,7 @@ TEST_CASE("times are compared within their round", "[report]") {
     CHECK(timings[1].rounds == 3);
 }
 
-TEST_CASE("a round without the reference does not count, nor one without the thing", "[report]") {
+TEST_CASE("a timing round without the reference or the subject is not counted", "[report]") {
     Stopwatches watches({"a", "b"}, "a");
     watches.add_round({-1, 2});
     CHECK(watches.timings().empty());

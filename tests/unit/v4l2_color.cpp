@@ -38,7 +38,7 @@ struct Camera {
 
 } // namespace
 
-TEST_CASE("an image comes with its luma, capture time and number") {
+TEST_CASE("a V4L2 image has luma, capture time and number") {
     Camera camera;
     REQUIRE(camera.source->start());
     camera.deliver(40, 9);
@@ -48,7 +48,7 @@ TEST_CASE("an image comes with its luma, capture time and number") {
     CHECK(camera.frame.sequence == 0);
 }
 
-TEST_CASE("a read waits no longer than it may, and not at all for a time of 0") {
+TEST_CASE("a V4L2 read respects its timeout, also of 0") {
     Camera camera;
     REQUIRE(camera.source->start());
     const std::int64_t before = camera.kernel.now;
@@ -58,7 +58,7 @@ TEST_CASE("a read waits no longer than it may, and not at all for a time of 0") 
     CHECK(camera.kernel.now == before + 10'000'000);
 }
 
-TEST_CASE("what comes first after a start may be from before, and is passed over") {
+TEST_CASE("the first V4L2 image after a start is skipped") {
     Camera camera;
     REQUIRE(camera.source->start());
     CHECK(camera.kernel.frames.size() == 1);
@@ -67,7 +67,7 @@ TEST_CASE("what comes first after a start may be from before, and is passed over
     CHECK(camera.kernel.queued.size() == 4);
 }
 
-TEST_CASE("whoever is late gets the newest image, and the others are a gap") {
+TEST_CASE("a late V4L2 reader gets the newest image and a gap in the count") {
     Camera camera;
     REQUIRE(camera.source->start());
     camera.deliver(0, 1);
@@ -81,7 +81,7 @@ TEST_CASE("whoever is late gets the newest image, and the others are a gap") {
     CHECK(camera.kernel.queued.size() == 4);
 }
 
-TEST_CASE("an image that the driver marks as corrupt is dropped and keeps its number") {
+TEST_CASE("a V4L2 image marked corrupt is dropped and keeps its number") {
     Camera camera;
     REQUIRE(camera.source->start());
     camera.deliver(0).flags |= V4L2_BUF_FLAG_ERROR;
@@ -93,7 +93,7 @@ TEST_CASE("an image that the driver marks as corrupt is dropped and keeps its nu
     CHECK(camera.kernel.queued.size() == 4);
 }
 
-TEST_CASE("a short image is dropped, though an earlier one lies in the same memory") {
+TEST_CASE("a short V4L2 image is dropped, although its buffer holds an earlier one") {
     Camera camera;
     REQUIRE(camera.source->start());
     for (std::uint32_t sequence = 0; sequence < 8; ++sequence) {
@@ -105,7 +105,7 @@ TEST_CASE("a short image is dropped, though an earlier one lies in the same memo
     CHECK(camera.kernel.queued.size() == 4);
 }
 
-TEST_CASE("an unplugged camera is lost, and found again on the node where it comes back") {
+TEST_CASE("an unplugged V4L2 camera is lost, and found again on another node") {
     Camera camera("usb-fake-1");
     REQUIRE(camera.source->start());
     camera.deliver(0);
@@ -127,7 +127,7 @@ TEST_CASE("an unplugged camera is lost, and found again on the node where it com
     CHECK(camera.frame.sequence == 0);
 }
 
-TEST_CASE("start after a loss opens the device anew without a stop between") {
+TEST_CASE("starting a lost V4L2 camera reopens it without a stop") {
     Camera camera;
     REQUIRE(camera.source->start());
     camera.kernel.failing[VIDIOC_DQBUF] = ENODEV;
@@ -139,21 +139,21 @@ TEST_CASE("start after a loss opens the device anew without a stop between") {
     CHECK(camera.read() == Capture::frame);
 }
 
-TEST_CASE("a camera that stops with an error is lost") {
+TEST_CASE("a V4L2 camera whose dequeue fails is lost") {
     Camera camera;
     REQUIRE(camera.source->start());
     camera.kernel.failing[VIDIOC_DQBUF] = EIO;
     CHECK(camera.read() == Capture::lost);
 }
 
-TEST_CASE("a camera that polls as failed, and has nothing to say about it, is lost") {
+TEST_CASE("a V4L2 camera whose poll reports an error alone is lost") {
     Camera camera;
     REQUIRE(camera.source->start());
     camera.kernel.poll_events = POLLERR;
     CHECK(camera.read() == Capture::lost);
 }
 
-TEST_CASE("a silent camera is lost after a second, or three before its first image") {
+TEST_CASE("a silent V4L2 camera is lost after one second, or three before its first image") {
     Camera camera;
     REQUIRE(camera.source->start());
     CHECK(camera.read(2900ms) == Capture::none);
@@ -167,7 +167,7 @@ TEST_CASE("a silent camera is lost after a second, or three before its first ima
     CHECK(camera.read(200ms) == Capture::lost);
 }
 
-TEST_CASE("a slow camera is lost after three frames of silence") {
+TEST_CASE("a slow V4L2 camera is lost after three silent frame periods") {
     Camera camera;
     camera.kernel.formats[0].fps = 1;
     REQUIRE(camera.source->start());
@@ -177,7 +177,7 @@ TEST_CASE("a slow camera is lost after three frames of silence") {
     CHECK(camera.read(200ms) == Capture::lost);
 }
 
-TEST_CASE("images that waited while nobody read are no silence") {
+TEST_CASE("waiting V4L2 images do not count as silence") {
     Camera camera;
     REQUIRE(camera.source->start());
     camera.kernel.now += 60'000'000'000;
@@ -185,7 +185,7 @@ TEST_CASE("images that waited while nobody read are no silence") {
     CHECK(camera.read() == Capture::frame);
 }
 
-TEST_CASE("a camera in use by another program is named as such, and later obtained") {
+TEST_CASE("a V4L2 camera in use is reported as busy, and opened later") {
     const unsigned long request = GENERATE(static_cast<unsigned long>(VIDIOC_S_FMT),
                                            static_cast<unsigned long>(VIDIOC_REQBUFS),
                                            static_cast<unsigned long>(VIDIOC_STREAMON));
@@ -200,7 +200,7 @@ TEST_CASE("a camera in use by another program is named as such, and later obtain
     CHECK(camera.source->start());
 }
 
-TEST_CASE("every call that can fail at the start fails it with a sentence") {
+TEST_CASE("every failing call while a V4L2 camera starts is reported with a sentence") {
     const unsigned long request = GENERATE(
         static_cast<unsigned long>(VIDIOC_QUERYCAP), static_cast<unsigned long>(VIDIOC_ENUM_FMT),
         static_cast<unsigned long>(VIDIOC_S_FMT), static_cast<unsigned long>(VIDIOC_REQBUFS),
@@ -214,7 +214,7 @@ TEST_CASE("every call that can fail at the start fails it with a sentence") {
     CHECK_FALSE(camera.kernel.streaming);
 }
 
-TEST_CASE("a camera without the controls for rate and exposure streams all the same") {
+TEST_CASE("a V4L2 camera without rate and exposure controls streams") {
     Camera camera;
     camera.kernel.failing[VIDIOC_S_PARM] = ENOTTY;
     camera.kernel.failing[VIDIOC_S_CTRL] = EINVAL;
@@ -223,14 +223,14 @@ TEST_CASE("a camera without the controls for rate and exposure streams all the s
     CHECK(camera.read() == Capture::frame);
 }
 
-TEST_CASE("exposure that lengthens the frames in the dark is turned off") {
+TEST_CASE("starting a V4L2 camera disables exposure-priority frame rates") {
     Camera camera;
     camera.kernel.values[V4L2_CID_EXPOSURE_AUTO_PRIORITY] = 1;
     REQUIRE(camera.source->start());
     CHECK(camera.kernel.values[V4L2_CID_EXPOSURE_AUTO_PRIORITY] == 0);
 }
 
-TEST_CASE("a buffer that the driver does not take back ends in a loss, not in silence") {
+TEST_CASE("a V4L2 buffer that cannot be requeued loses the camera") {
     Camera camera;
     REQUIRE(camera.source->start());
     REQUIRE(camera.read() == Capture::none); // the first is behind us
@@ -247,7 +247,7 @@ TEST_CASE("a buffer that the driver does not take back ends in a loss, not in si
     CHECK(last == Capture::lost);
 }
 
-TEST_CASE("a request that no device could satisfy is refused when it is opened") {
+TEST_CASE("V4L2 options that no device can satisfy are refused when opened") {
     V4l2ColorOptions good;
     good.device = "/dev/video0";
     good.camera = {5, 5, 2, 1, 4, 2};
@@ -266,7 +266,7 @@ TEST_CASE("a request that no device could satisfy is refused when it is opened")
     SECTION("without a rate") {
         bad.fps = 0;
     }
-    SECTION("in a format that is not known") {
+    SECTION("with an unknown format") {
         bad.format = "H264";
     }
     CHECK_FALSE(open_v4l2_color(bad, kernel));

@@ -38,7 +38,7 @@ struct Flash {
 
 } // namespace
 
-TEST_CASE("a V4L2 light is dark when made, obeys, and is dark when destroyed") {
+TEST_CASE("a V4L2 light is off when made, can be switched, and is off when destroyed") {
     Flash flash;
     {
         auto light = open_v4l2_control(flash.options, flash.kernel);
@@ -51,7 +51,7 @@ TEST_CASE("a V4L2 light is dark when made, obeys, and is dark when destroyed") {
     CHECK(flash.kernel.values[Flash::mode] == 0);
 }
 
-TEST_CASE("a control is found by its number as well") {
+TEST_CASE("a V4L2 control is found by its number") {
     Flash flash;
     flash.options.control = GENERATE("0x009c0901", "10225921", "LED Mode");
     auto light = open_v4l2_control(flash.options, flash.kernel);
@@ -60,7 +60,7 @@ TEST_CASE("a control is found by its number as well") {
     CHECK(flash.kernel.values[Flash::mode] == 2);
 }
 
-TEST_CASE("a light may be lit by one button and darkened by another") {
+TEST_CASE("a V4L2 light can have separate on and off buttons") {
     Flash flash;
     flash.options = {"/dev/video0", "strobe", 1, 1, "stop_strobe"};
     auto light = open_v4l2_control(flash.options, flash.kernel);
@@ -71,7 +71,7 @@ TEST_CASE("a light may be lit by one button and darkened by another") {
     CHECK(flash.kernel.values.count(V4L2_CID_FLASH_STROBE) == 1);
 }
 
-TEST_CASE("a control that is not there, cannot be set, or not to these values is refused") {
+TEST_CASE("a V4L2 light control that is missing, read-only or out of range is refused") {
     Flash flash;
     SECTION("no such name") {
         flash.options.control = "torch";
@@ -96,7 +96,7 @@ TEST_CASE("a control that is not there, cannot be set, or not to these values is
     CHECK_FALSE(light.error().message.empty());
 }
 
-TEST_CASE("a light whose device is not there yet is found when it comes") {
+TEST_CASE("a V4L2 light whose device is missing is found when it appears") {
     Flash flash;
     flash.kernel.node.clear();
     auto light = open_v4l2_control(flash.options, flash.kernel);
@@ -108,7 +108,7 @@ TEST_CASE("a light whose device is not there yet is found when it comes") {
     CHECK(flash.kernel.values[Flash::mode] == 2);
 }
 
-TEST_CASE("a light that does not obey stays what it was, and is found anew for the next order") {
+TEST_CASE("a V4L2 light that fails keeps its state and is reopened for the next order") {
     Flash flash;
     auto light = open_v4l2_control(flash.options, flash.kernel);
     REQUIRE(light);

@@ -69,7 +69,7 @@ bool is_ramp(const Luma &luma) {
 
 } // namespace
 
-TEST_CASE("luma is found in every format that is not compressed, padding between rows skipped") {
+TEST_CASE("luma is read from every uncompressed V4L2 format, without row padding") {
     // Two rows of two pixels, whose luma is 10 20 / 30 40; 99 is anything else.
     struct Format {
         std::uint32_t fourcc;
@@ -91,7 +91,7 @@ TEST_CASE("luma is found in every format that is not compressed, padding between
           std::vector<std::uint8_t>{10, 20, 30, 40});
 }
 
-TEST_CASE("a frame that lacks its last byte is refused, one that lacks only padding is not") {
+TEST_CASE("a V4L2 frame short of pixels is refused, one short of padding is not") {
     const LumaReader read = make_luma_reader(layout_of(V4L2_PIX_FMT_GREY, 2, 2, 3), -1);
     Luma luma(2, 2);
     CHECK(read(Bytes{1, 2, 0, 3, 4}, luma) == "");
@@ -99,13 +99,13 @@ TEST_CASE("a frame that lacks its last byte is refused, one that lacks only padd
     CHECK(read(Bytes{}, luma) != "");
 }
 
-TEST_CASE("rows that are said to be shorter than their pixels are refused") {
+TEST_CASE("a V4L2 row stride shorter than the row is refused") {
     const LumaReader read = make_luma_reader(layout_of(V4L2_PIX_FMT_YUYV, 2, 2, 2), -1);
     Luma luma(2, 2);
     CHECK(read(Bytes(100), luma) != "");
 }
 
-TEST_CASE("the luma of a JPEG frame is read") {
+TEST_CASE("a V4L2 JPEG frame is read as luma") {
     const Bytes jpeg = make_jpeg(64, 48);
     const LumaReader read = make_luma_reader(layout_of(V4L2_PIX_FMT_MJPEG, 64, 48, 0), -1);
     Luma luma(64, 48);
@@ -113,7 +113,7 @@ TEST_CASE("the luma of a JPEG frame is read") {
     CHECK(is_ramp(luma));
 }
 
-TEST_CASE("a JPEG frame with zeros behind it, as USB cameras pad them, is read") {
+TEST_CASE("a V4L2 JPEG frame padded with zeros is read") {
     Bytes jpeg = make_jpeg(64, 48);
     jpeg.resize(jpeg.size() + 100);
     const LumaReader read = make_luma_reader(layout_of(V4L2_PIX_FMT_MJPEG, 64, 48, 0), -1);
@@ -121,7 +121,7 @@ TEST_CASE("a JPEG frame with zeros behind it, as USB cameras pad them, is read")
     CHECK(read(jpeg, luma) == "");
 }
 
-TEST_CASE("a JPEG frame without Huffman tables, as most cameras send it, is read") {
+TEST_CASE("a V4L2 JPEG frame without Huffman tables is read") {
     Bytes jpeg = make_jpeg(64, 48);
     for (std::size_t i = 2; i + 3 < jpeg.size() && jpeg[i + 1] != 0xda;) {
         const std::size_t length = 2 + (std::size_t{jpeg[i + 2]} << 8 | jpeg[i + 3]);
@@ -137,7 +137,7 @@ TEST_CASE("a JPEG frame without Huffman tables, as most cameras send it, is read
     CHECK(is_ramp(luma));
 }
 
-TEST_CASE("a JPEG frame is refused wherever it was cut, and the next one is read") {
+TEST_CASE("a truncated V4L2 JPEG frame is refused, and the next one is read") {
     const Bytes jpeg = make_jpeg(64, 48);
     const LumaReader read = make_luma_reader(layout_of(V4L2_PIX_FMT_MJPEG, 64, 48, 0), -1);
     Luma luma(64, 48);
@@ -147,14 +147,14 @@ TEST_CASE("a JPEG frame is refused wherever it was cut, and the next one is read
     CHECK(is_ramp(luma));
 }
 
-TEST_CASE("a JPEG frame of another size, or that is none, is refused") {
+TEST_CASE("a V4L2 JPEG frame that is invalid or of another size is refused") {
     const LumaReader read = make_luma_reader(layout_of(V4L2_PIX_FMT_MJPEG, 64, 48, 0), -1);
     Luma luma(64, 48);
     CHECK(read(make_jpeg(32, 48), luma) != "");
     CHECK(read(Bytes(1000, 0xff), luma) != "");
 }
 
-TEST_CASE("depth is scaled to millimetres, and what is none or does not fit becomes 0") {
+TEST_CASE("V4L2 depth is scaled to millimetres, and 0 where invalid or out of range") {
     const FrameLayout layout = layout_of(V4L2_PIX_FMT_Z16, 5, 1, 10);
     const DepthReader read = make_depth_reader(layout, {0.25, 4095});
     DepthMap depth(5, 1);
@@ -169,7 +169,7 @@ TEST_CASE("depth is scaled to millimetres, and what is none or does not fit beco
           std::vector<std::uint16_t>{0, 100, 65500, 0, 0});
 }
 
-TEST_CASE("a depth map that lacks its last byte is refused") {
+TEST_CASE("a V4L2 depth map that lacks its last byte is refused") {
     const DepthReader read = make_depth_reader(layout_of(V4L2_PIX_FMT_Y16, 2, 2, 4), {});
     DepthMap depth(2, 2);
     CHECK(read(Bytes(8), depth) == "");

@@ -25,51 +25,51 @@ v4l2_buffer stamped(std::int64_t t_ns, std::uint32_t flags) {
 
 } // namespace
 
-TEST_CASE("frames are counted from 0 whatever number the driver begins with") {
+TEST_CASE("V4L2 frame numbers start at 0 whatever the driver's first") {
     FrameCount count;
     CHECK(count.next(17) == 0);
     CHECK(count.next(18) == 1);
 }
 
-TEST_CASE("a gap in the driver's numbers stays a gap") {
+TEST_CASE("a gap in V4L2 frame numbers is kept") {
     FrameCount count;
     count.next(5);
     CHECK(count.next(9) == 4);
 }
 
-TEST_CASE("the count goes on when the driver's 32-bit number wraps") {
+TEST_CASE("V4L2 frame numbers continue when the driver's 32 bits wrap") {
     FrameCount count;
     count.next(0xffff'fffe);
     CHECK(count.next(0xffff'ffff) == 1);
     CHECK(count.next(1) == 3);
 }
 
-TEST_CASE("a driver that numbers every frame 0, or counts back, still gives a rising count") {
+TEST_CASE("V4L2 frame numbers rise although the driver's repeat or decrease") {
     FrameCount count;
     count.next(0);
     CHECK(count.next(0) == 1);
     CHECK(count.next(0xffff'ffff) == 2);
 }
 
-TEST_CASE("a stamp of the exposure's start is the capture time") {
+TEST_CASE("a V4L2 timestamp of the exposure's start is the capture time") {
     FrameClock clock(period);
     const auto buffer = stamped(100 * second, monotonic | V4L2_BUF_FLAG_TSTAMP_SRC_SOE);
     CHECK(clock.capture_time(buffer, 100 * second + 40'000'000) == 100 * second);
 }
 
-TEST_CASE("a stamp of the frame's end is set back by one frame") {
+TEST_CASE("a V4L2 timestamp of the frame's end is set back by one frame") {
     FrameClock clock(period);
     const auto buffer = stamped(100 * second, monotonic | V4L2_BUF_FLAG_TSTAMP_SRC_EOF);
     CHECK(clock.capture_time(buffer, 100 * second + 1'000'000) == 100 * second - period);
 }
 
-TEST_CASE("a stamp that lies one frame ahead of its arrival is believed") {
+TEST_CASE("a V4L2 timestamp one frame ahead of its arrival is accepted") {
     FrameClock clock(period);
     const auto buffer = stamped(100 * second + 32'000'000, monotonic);
     CHECK(clock.capture_time(buffer, 100 * second) == 100 * second + 32'000'000 - period);
 }
 
-TEST_CASE("a stamp on another clock is replaced by the arrival") {
+TEST_CASE("a V4L2 timestamp of another clock is replaced by the arrival time") {
     FrameClock clock(period);
     const auto buffer = stamped(100 * second, V4L2_BUF_FLAG_TIMESTAMP_UNKNOWN);
     CHECK(clock.capture_time(buffer, 100 * second) == 100 * second - period);
@@ -77,7 +77,7 @@ TEST_CASE("a stamp on another clock is replaced by the arrival") {
     CHECK(FrameClock(period).capture_time(copied, 101 * second) == 101 * second - period);
 }
 
-TEST_CASE("once a stamp cannot be true none of the stream's is believed") {
+TEST_CASE("after one impossible V4L2 timestamp the stream uses arrival times") {
     FrameClock clock(period);
     const auto flags = monotonic | V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
     CHECK(clock.capture_time(stamped(100 * second, flags), 100 * second) == 100 * second);
@@ -86,7 +86,7 @@ TEST_CASE("once a stamp cannot be true none of the stream's is believed") {
     CHECK(clock.capture_time(stamped(102 * second, flags), 102 * second) == 102 * second - period);
 }
 
-TEST_CASE("a stamp from the far future is not believed") {
+TEST_CASE("a V4L2 timestamp in the far future is replaced by the arrival time") {
     FrameClock clock(period);
     const auto buffer = stamped(4'294'967'290 * second, monotonic);
     CHECK(clock.capture_time(buffer, 100 * second) == 100 * second - period);

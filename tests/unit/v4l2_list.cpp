@@ -21,7 +21,7 @@ v4l2_query_ext_ctrl control(std::uint32_t id, const char *name, std::uint32_t fl
 
 } // namespace
 
-TEST_CASE("a camera is listed with what it gives that can be read") {
+TEST_CASE("a V4L2 camera is listed with its readable formats") {
     FakeV4l2 kernel;
     kernel.formats = {{V4L2_PIX_FMT_YUYV, 640, 480, 30, 2},
                       {V4L2_PIX_FMT_H264, 640, 480, 30},
@@ -39,7 +39,7 @@ TEST_CASE("a camera is listed with what it gives that can be read") {
     CHECK(listings[0].modes[1].is_depth);
 }
 
-TEST_CASE("controls that might gate a light are told by their names") {
+TEST_CASE("V4L2 controls that may switch a light are recognised by name") {
     FakeV4l2 kernel;
     kernel.controls = {control(1, "Brightness"), control(2, "Enabled Filters"),
                        control(3, "LED Mode"), control(4, "Laser Power", V4L2_CTRL_FLAG_READ_ONLY),
@@ -52,7 +52,7 @@ TEST_CASE("controls that might gate a light are told by their names") {
     CHECK(listings[0].lights[1].name == "illumination_on");
 }
 
-TEST_CASE("a node that neither captures nor has a light is left out") {
+TEST_CASE("a V4L2 node without capture and light is not listed") {
     FakeV4l2 kernel;
     kernel.caps = V4L2_CAP_VIDEO_OUTPUT | V4L2_CAP_STREAMING;
     CHECK(list_v4l2_devices(kernel).empty());

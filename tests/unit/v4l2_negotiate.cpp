@@ -22,7 +22,7 @@ Result<FrameLayout> negotiate_640x480(FakeV4l2 &kernel, double fps = 30) {
 
 } // namespace
 
-TEST_CASE("of formats with the size and rate the one with the cheapest luma is taken") {
+TEST_CASE("V4L2 negotiation takes the format with the cheapest luma") {
     FakeV4l2 kernel;
     kernel.formats = {{mjpeg, 640, 480, 30}, {yuyv, 640, 480, 30, 2}, {grey, 640, 480, 30}};
     const auto layout = negotiate_640x480(kernel);
@@ -32,7 +32,8 @@ TEST_CASE("of formats with the size and rate the one with the cheapest luma is t
     CHECK(layout->period_ns == 33'333'333);
 }
 
-TEST_CASE("a dearer format is taken where a cheaper one is too slow or of another size") {
+TEST_CASE(
+    "V4L2 negotiation takes a costlier format when the cheaper is too slow or of another size") {
     FakeV4l2 kernel;
     kernel.formats = {{grey, 320, 240, 30}, {yuyv, 640, 480, 15, 2}, {mjpeg, 640, 480, 30}};
     const auto layout = negotiate_640x480(kernel);
@@ -40,7 +41,7 @@ TEST_CASE("a dearer format is taken where a cheaper one is too slow or of anothe
     CHECK(layout->fourcc == mjpeg);
 }
 
-TEST_CASE("where no format is so fast the fastest is taken") {
+TEST_CASE("V4L2 negotiation takes the fastest format when none reaches the rate") {
     FakeV4l2 kernel;
     kernel.formats = {{yuyv, 640, 480, 5, 2}, {mjpeg, 640, 480, 60}};
     const auto layout = negotiate_640x480(kernel, 120);
@@ -48,7 +49,7 @@ TEST_CASE("where no format is so fast the fastest is taken") {
     CHECK(layout->fourcc == mjpeg);
 }
 
-TEST_CASE("a driver that lists neither sizes nor rates is asked all the same") {
+TEST_CASE("V4L2 negotiation works with a driver that lists no sizes or rates") {
     FakeV4l2 kernel;
     kernel.formats = {{grey, 640, 480, 30}};
     kernel.failing[VIDIOC_ENUM_FRAMESIZES] = ENOTTY;
@@ -58,7 +59,7 @@ TEST_CASE("a driver that lists neither sizes nor rates is asked all the same") {
     CHECK_FALSE(negotiate_640x480(kernel)); // it gives what it has, which is not what was asked
 }
 
-TEST_CASE("a camera without a usable format is refused by naming those it has") {
+TEST_CASE("a V4L2 camera without a usable format is refused with those it has") {
     FakeV4l2 kernel;
     kernel.formats = {{V4L2_PIX_FMT_H264, 640, 480, 30}, {V4L2_PIX_FMT_Y16_BE, 640, 480, 30}};
     const auto layout = negotiate_640x480(kernel);
@@ -66,14 +67,14 @@ TEST_CASE("a camera without a usable format is refused by naming those it has") 
     CHECK(layout.error().message.find("H264, Y16-BE") != std::string::npos);
 }
 
-TEST_CASE("interlaced images are refused") {
+TEST_CASE("interlaced V4L2 images are refused") {
     FakeV4l2 kernel;
     kernel.formats = {{grey, 640, 480, 30}};
     kernel.field = V4L2_FIELD_INTERLACED;
     CHECK_FALSE(negotiate_640x480(kernel));
 }
 
-TEST_CASE("a video device that does not capture, or only by read(), is refused") {
+TEST_CASE("a V4L2 device without streaming capture is refused") {
     FakeV4l2 kernel;
     kernel.formats = {{grey, 640, 480, 30}};
     kernel.caps = GENERATE(V4L2_CAP_VIDEO_OUTPUT | V4L2_CAP_STREAMING,
@@ -81,7 +82,7 @@ TEST_CASE("a video device that does not capture, or only by read(), is refused")
     CHECK_FALSE(negotiate_640x480(kernel));
 }
 
-TEST_CASE("what is no V4L2 device at all is refused by saying so") {
+TEST_CASE("a file that is no V4L2 device is refused as such") {
     FakeV4l2 kernel;
     kernel.failing[VIDIOC_QUERYCAP] = ENOTTY;
     const auto layout = negotiate_640x480(kernel);
@@ -89,7 +90,7 @@ TEST_CASE("what is no V4L2 device at all is refused by saying so") {
     CHECK(layout.error().message.find("no V4L2 device") != std::string::npos);
 }
 
-TEST_CASE("a device is found by path, by-id name and bus information, and by nothing else") {
+TEST_CASE("a V4L2 device is found by path, by-id name and bus information only") {
     FakeV4l2 kernel;
     CHECK(open_device(kernel, "/dev/video0"));
     CHECK(open_device(kernel, "usb-fake-1"));
@@ -99,7 +100,7 @@ TEST_CASE("a device is found by path, by-id name and bus information, and by not
     CHECK(open_device(kernel, "usb-Fake-index0"));
 }
 
-TEST_CASE("a metadata node with the camera's bus information is passed over") {
+TEST_CASE("a V4L2 metadata node with the camera's bus information is skipped") {
     FakeV4l2 kernel;
     kernel.caps = V4L2_CAP_META_CAPTURE | V4L2_CAP_STREAMING;
     const auto found = open_device(kernel, "usb-fake-1");
@@ -107,7 +108,7 @@ TEST_CASE("a metadata node with the camera's bus information is passed over") {
     CHECK(found.error().code == ENOENT);
 }
 
-TEST_CASE("format codes and their names are each other's inverse") {
+TEST_CASE("V4L2 format codes convert to names and back") {
     for (const std::uint32_t fourcc : {grey, yuyv, mjpeg, V4L2_PIX_FMT_Z16, V4L2_PIX_FMT_Y16_BE})
         CHECK(fourcc_from_string(to_string(fourcc)) == fourcc);
     CHECK(fourcc_from_string("") == 0);

@@ -36,7 +36,7 @@ TEST_CASE("depth maps of a V4L2 camera come in order, oldest first") {
     CHECK((*source)->read(frame, 0ns) == Capture::none);
 }
 
-TEST_CASE("a V4L2 TOF camera in the dark may be silent for as long as it likes") {
+TEST_CASE("a V4L2 TOF camera with the light off may be silent without a timeout") {
     FakeV4l2 kernel;
     kernel.formats = {{V4L2_PIX_FMT_Z16, 4, 2, 30, 2}};
     auto source = open_v4l2_tof(tof_options(), kernel);
@@ -48,7 +48,7 @@ TEST_CASE("a V4L2 TOF camera in the dark may be silent for as long as it likes")
     CHECK((*source)->read(frame, 1h) == Capture::lost);
 }
 
-TEST_CASE("a scale that gives no depth is refused") {
+TEST_CASE("a V4L2 depth scale of zero or invalid is refused") {
     FakeV4l2 kernel;
     V4l2TofOptions options = tof_options();
     options.mm_per_unit = GENERATE(0.0, -1.0, 1e9);
