@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "config/config.hpp"
 #include "capture/frame_loop.hpp"
+#include "config/config.hpp"
 #include "daemon/outbox.hpp"
 #include "ipc/ring_writer.hpp"
 
@@ -12,15 +12,15 @@
 
 namespace afterglow {
 
-/// What the estimator thread is to do. One word, and the latest wins: however often clients change
-/// their minds, nothing fills up and no order is lost.
+/// What the estimator thread is to do. It fits one atomic word and only the latest value counts, so
+/// no queue can fill up, however often clients change the mode.
 struct alignas(4) Orders {
     GateMode mode = GateMode::automatic;
-    bool run = false;  ///< somebody reads
-    bool stop = false; ///< for good
+    bool run = false;  ///< a stream is open
+    bool stop = false; ///< end the thread
 };
 
-/// Doubles from a quarter of a second to half of one: how long to leave a lost device alone.
+/// The delay before a lost device is started again: 250 ms, then 500 ms.
 class BackOff {
 public:
     std::chrono::nanoseconds next();
@@ -32,25 +32,25 @@ private:
     std::chrono::nanoseconds delay_ = first;
 };
 
-/// The cameras' life: started while somebody reads, published from, brought back when lost.
+/// Starts the cameras while a stream is open, publishes their frames, and restarts lost ones.
 ///
-///   starting ─▶ running ◀─▶ tof-lost      any of them ─▶ idle ─▶ starting   nobody reads, or again
+///   starting ─▶ running ◀─▶ tof-lost      any of them ─▶ idle ─▶ starting   no stream, or again
 ///                  ▲▼                     any of them ─▶ stopped            the recording is over
 ///              color-lost
 ///
-/// Runs on the estimator thread; allocates nothing while the devices are well. Time is given by
-/// the caller, so that tests need not wait.
+/// Runs on the estimator thread; allocates nothing while no device fails. The caller passes the
+/// time, so that tests need not wait.
 class CaptureSession {
 public:
     using Time = std::chrono::steady_clock::time_point;
 
-    /// A wait that only new orders end.
+    /// The return value of turn() when only new orders give work.
     static constexpr auto for_ever = std::chrono::nanoseconds::max();
-    /// How long an image is waited for at most, and so how late orders may be obeyed.
+    /// The longest wait for an image, and so the longest delay of an order.
     static constexpr std::chrono::nanoseconds frame_timeout = std::chrono::milliseconds(100);
-    /// A colour camera that gives no image for so long is stuck.
+    /// A colour camera without an image for this long is restarted.
     static constexpr std::chrono::nanoseconds color_stall = std::chrono::seconds(3);
-    /// So is a TOF camera that was lit for so long, and for so many images, without any answer.
+    /// So is a TOF camera that was lit for this long, and for this many images, without a map.
     static constexpr std::chrono::nanoseconds tof_stall = std::chrono::seconds(5);
     static constexpr int tof_stall_frames = 120;
 
@@ -60,7 +60,7 @@ public:
     CaptureSession(const CaptureSession &) = delete;
     CaptureSession &operator=(const CaptureSession &) = delete;
 
-    /// Does what is due, one image at most, and returns how long nothing is until the next turn.
+    /// Does what is due, reading one image at most. Returns how long to wait before the next call.
     std::chrono::nanoseconds turn(const Orders &orders, Time now);
 
 private:
@@ -85,11 +85,11 @@ private:
     Time last_image_;
 
     bool tof_running_ = false;
-    bool tof_well_ = true; ///< not lost since it last measured
+    bool tof_well_ = true; ///< false from a loss to the next measurement
     BackOff tof_back_off_;
     Time tof_retry_ = Time::min();
     Time lit_since_;
-    int lit_frames_ = 0; ///< images in a row, lit and without an answer
+    int lit_frames_ = 0; ///< consecutive images that were lit and have no map
 
     bool ended_ = false;
     bool sequence_known_ = false;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/daemon.hpp"
 
+#include "core/base/log.hpp"
 #include "daemon/estimator_thread.hpp"
-#include "daemon/log.hpp"
 #include "daemon/note_log.hpp"
 #include "daemon/open_rig.hpp"
 
@@ -17,6 +17,7 @@
 #include <memory>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace afterglow {
 namespace {
@@ -42,6 +43,16 @@ const char *describe(DaemonState state) {
         break;
     }
     return "the recording is over";
+}
+
+/// The signals that stop the daemon. SIGHUP is one because it comes from a terminal that is closed;
+/// under nohup, which ignores it, it stays ignored.
+std::vector<int> stop_signals() {
+    std::vector<int> signals = {SIGINT, SIGTERM};
+    struct sigaction action = {};
+    if (::sigaction(SIGHUP, nullptr, &action) == 0 && action.sa_handler != SIG_IGN)
+        signals.push_back(SIGHUP);
+    return signals;
 }
 
 Error failed_to(const char *what, int error) {
@@ -112,7 +123,7 @@ Status Daemon::run(const Config &config) {
 }
 
 Status Daemon::watch() {
-    for (const int signal : {SIGINT, SIGTERM})
+    for (const int signal : stop_signals())
         if (const int error =
                 ::sd_event_add_signal(event_.get(), nullptr, signal, &Daemon::on_signal, this);
             error < 0)
@@ -201,8 +212,8 @@ BusOptions bus_named(const std::string &name) {
 Status serve(const Config &config) {
     sigset_t signals;
     ::sigemptyset(&signals);
-    ::sigaddset(&signals, SIGINT);
-    ::sigaddset(&signals, SIGTERM);
+    for (const int signal : stop_signals())
+        ::sigaddset(&signals, signal);
     ::sigprocmask(SIG_BLOCK, &signals, nullptr);
 
     Result<Rig> rig = open_rig(config);

@@ -18,29 +18,32 @@ namespace afterglow {
 
 /// The thread that owns the cameras, the light, the estimator and the ring's writing end.
 ///
-/// While frames flow it never allocates, locks (but to share work with its own workers), logs or
-/// talks D-Bus: it takes Orders from one atomic word and leaves what it has to say in an Outbox.
-/// Every member here is called by one other thread.
+/// While frames flow it does not allocate, log, use D-Bus or lock (but to share work with its own
+/// workers): it reads Orders from one atomic word and writes frame events and notes to an Outbox.
+/// All members are called by one other thread, the main thread.
 class EstimatorThread {
 public:
-    /// Makes the ring and starts the thread, idle. The rig has been opened, not started.
+    /// Creates the ring and starts the thread, idle. `rig` is opened and not started. Errors: the
+    /// errno of eventfd() or of the ring's memory.
     static Result<std::unique_ptr<EstimatorThread>> create(Rig rig, const Config &config);
-    /// Ends the thread; then the light is dark, the cameras stopped and the ring closed.
+    /// Ends the thread. Afterwards the light is dark (or its failure logged), the cameras are
+    /// stopped and the ring is closed.
     ~EstimatorThread();
     EstimatorThread(const EstimatorThread &) = delete;
     EstimatorThread &operator=(const EstimatorThread &) = delete;
 
     void set_mode(GateMode mode);
-    /// Whether somebody reads. If not the cameras rest, unless configured to run without readers.
+    /// Whether a stream is open. If not, the cameras stop, unless configured to run without
+    /// readers.
     void set_wanted(bool wanted);
 
     Outbox &outbox() { return outbox_; }
     const RingWriter &ring() const { return ring_; }
-    /// The thread has left because of an error, which it noted.
+    /// The thread has ended because of an exception, whose text is a note in the outbox.
     bool failed() const { return failed_.load(std::memory_order_acquire); }
 
-    /// False when the thread has not made a turn since the last call: it hangs in a driver. Wakes
-    /// a thread that rests, so that it can answer the next call.
+    /// False when the thread has not made a turn since the last call: it hangs in a driver. Also
+    /// wakes an idle thread, so that the next call finds that it has made one.
     bool alive();
 
 private:
@@ -60,7 +63,7 @@ private:
     std::atomic<std::uint64_t> turns_ = 0;
     std::atomic<bool> failed_ = false;
 
-    // Of the other thread.
+    // Used by the main thread only.
     Orders given_;
     std::uint64_t turns_seen_ = 0;
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/light_switch.hpp"
 
+#include "core/base/log.hpp"
+
 #include <algorithm>
 #include <chrono>
 #include <limits>
@@ -84,6 +86,7 @@ void LightSwitch::close_span(std::int64_t end_ns) const {
 }
 
 void LightSwitch::run() noexcept {
+    bool is_failure_logged = false;
     for (Order seen; true;) {
         order_.wait(seen, std::memory_order_acquire);
         seen = order_.load(std::memory_order_acquire);
@@ -96,6 +99,14 @@ void LightSwitch::run() noexcept {
         if (!status) {
             done.failed = true;
             done.problem = Note::of(Priority::error, status.error().message);
+        }
+        // While no stream is open no later set() would return the error. Logged once, until the
+        // light obeys again.
+        if (status) {
+            is_failure_logged = false;
+        } else if (!seen.lit && !is_failure_logged) {
+            log(Priority::error, "the illuminator may still be lit: " + status.error().message);
+            is_failure_logged = true;
         }
         done.end_ns = now_ns();
         done_.push(done);

@@ -15,12 +15,14 @@
 
 namespace afterglow {
 
-/// A real light, switched by a thread of its own, because switching takes from 5 ms to a second.
+/// Switches a light in a thread of its own, because a call takes from 5 ms to a second.
 ///
-/// set() orders and returns; an order that failed is told by the set() after it, and undone in
-/// lit(). was_lit() is cautious: true from the order to light to the end of the call that darkened.
-/// Everything but the switching is the estimator thread's, and allocates nothing while the light
-/// obeys. The light is dark when the destructor returns, unless it has failed.
+/// set() gives an order and returns at once. The error of an order that failed is returned by the
+/// next set(), and lit() then goes back to the state before it; a failure to switch off is logged
+/// by the switching thread as well. was_lit() is true from the order to switch on until the call
+/// that switched off has returned. All functions are the estimator thread's, and allocate nothing
+/// unless the light fails. The destructor waits until the light has been switched off, or has
+/// failed and that was logged.
 class LightSwitch final : public Illuminator {
 public:
     explicit LightSwitch(std::unique_ptr<Illuminator> light);
@@ -33,13 +35,13 @@ public:
     bool was_lit(std::int64_t t_ns) const override;
 
 private:
-    /// What the switching thread was told; the latest order wins.
+    /// For the switching thread; only the latest order counts.
     struct alignas(4) Order {
         bool lit = false;
         bool stop = false;
         std::uint16_t number = 0; ///< so that no two in a row are the same
     };
-    /// What it has done.
+    /// The result of an order.
     struct Done {
         bool lit;
         bool failed;
@@ -57,14 +59,14 @@ private:
     void close_span(std::int64_t end_ns) const;
     void run() noexcept;
 
-    std::unique_ptr<Illuminator> light_; ///< the switching thread's
+    std::unique_ptr<Illuminator> light_; ///< used by the switching thread
     std::atomic<Order> order_{};
     mutable SpscQueue<Done, 64> done_;
 
-    // The estimator thread's. The answers to orders are taken whenever somebody asks.
+    // Used by the estimator thread, which takes the results of orders in each call.
     Order given_;
     mutable bool wanted_ = false;
-    mutable std::array<Span, 8> spans_{}; ///< the light's, newest at `newest_`
+    mutable std::array<Span, 8> spans_{}; ///< when the light was on; the newest at `newest_`
     mutable std::size_t newest_ = 0;
     mutable std::optional<Note> problem_;
 

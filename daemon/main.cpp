@@ -1,16 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/config.hpp"
+#include "core/base/log.hpp"
+#include "core/base/standard_output.hpp"
 #include "daemon/daemon.hpp"
-#include "daemon/log.hpp"
 #include "daemon/open_rig.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
+#include <fcntl.h>
 #include <sstream>
 #include <string>
+#include <unistd.h>
 
 namespace {
 
@@ -41,7 +46,8 @@ int run(const Arguments &arguments) {
         return fail(config.error(), exit_configuration);
     if (arguments.check) {
         fmt::print("{}: good\n", arguments.config);
-        return exit_clean;
+        const afterglow::Status written = afterglow::flush_standard_output();
+        return written ? exit_clean : fail(written.error(), exit_failure);
     }
     if (arguments.darken) {
         const afterglow::Status dark = afterglow::darken(*config);
@@ -53,9 +59,19 @@ int run(const Arguments &arguments) {
     return served ? exit_clean : fail(served.error(), exit_failure);
 }
 
+/// Puts /dev/null where standard input, output or error is closed: otherwise the next file that is
+/// opened, such as the light's, would get its number and with it the lines of the log.
+void keep_standard_streams() {
+    for (const int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+        if (::fcntl(fd, F_GETFD) < 0 && ::open("/dev/null", O_RDWR) != fd)
+            std::_Exit(exit_failure); // `fd` is the lowest free number: there is no /dev/null
+}
+
 } // namespace
 
 int main(int argc, char **argv) {
+    keep_standard_streams();
+    std::signal(SIGPIPE, SIG_IGN); // a reader of our log that leaves must not end us
     Arguments arguments;
     CLI::App app("Gives depth for every camera frame, with the TOF illuminator dark most of the "
                  "time.",

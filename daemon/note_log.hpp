@@ -10,19 +10,19 @@
 
 namespace afterglow {
 
-/// Turns notes into lines, and thirty of the same a second into one every ten seconds.
+/// Limits the log: of equal notes in succession one every ten seconds is logged, with their count.
 class NoteLog {
 public:
     using Time = std::chrono::steady_clock::time_point;
     static constexpr std::chrono::seconds quiet = std::chrono::seconds(10);
 
-    /// The line to log for a note, if it is time for one.
+    /// The line to log for `note`; nothing when the same was logged less than `quiet` ago.
     std::optional<std::string> line(const Note &note, Time now);
 
 private:
     std::string last_;
     Time last_logged_;
-    std::uint64_t repeats_ = 0; ///< not told yet
+    std::uint64_t repeats_ = 0; ///< not logged yet
 };
 
 } // namespace afterglow

@@ -173,7 +173,14 @@ Status darken(const Config &config) {
                             config.illuminator.driver == LightDriver::openni2_stream;
     if (is_openni2) {
         Result<Tof> tof = open_tof(config, config.color.camera);
-        return tof ? tof->light->set(false) : Status(tof.error());
+        if (!tof)
+            return tof.error();
+        // A device that is not open would not be told.
+        Status dark = tof->source->start();
+        if (dark)
+            dark = tof->light->set(false);
+        tof->source->stop();
+        return dark;
     }
     const Result<Light> light = open_light(config.illuminator);
     return light ? (*light)->set(false) : Status(light.error());

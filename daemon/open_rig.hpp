@@ -13,7 +13,8 @@ namespace afterglow {
 /// by a thread of its own (LightSwitch).
 Result<Rig> open_rig(const Config &config);
 
-/// Switches the configured light off, whoever left it on.
+/// Switches the configured light off, whoever left it on. A simulated light needs no switching.
+/// Errors: the device is absent, in use, or cannot be switched.
 Status darken(const Config &config);
 
 } // namespace afterglow

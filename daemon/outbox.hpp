@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "daemon/log.hpp"
+#include "core/base/log.hpp"
 #include "daemon/spsc_queue.hpp"
 #include "ipc/service.hpp"
 #include "ipc/unique_fd.hpp"
@@ -14,7 +14,7 @@
 
 namespace afterglow {
 
-/// A sentence for the log from a thread that must not allocate; cut to what fits.
+/// A line for the log from a thread that must not allocate; longer text is cut.
 struct Note {
     Priority priority = Priority::info;
     std::uint8_t length = 0;
@@ -24,10 +24,10 @@ struct Note {
     std::string_view sentence() const { return {text.data(), length}; }
 };
 
-/// What the estimator thread tells the main thread.
+/// Frame events, log notes and the daemon's state, from the estimator thread to the main thread.
 ///
 /// The estimator thread's side is wait-free. When the main thread is seconds behind, the newest
-/// frame events and notes are dropped; the state never is.
+/// frame events and notes are dropped; the state is always up to date.
 class Outbox {
 public:
     /// `wake` is an eventfd, non-blocking, that no other process holds.
@@ -39,7 +39,7 @@ public:
     void enter(DaemonState state);
 
     // The main thread's side.
-    /// Becomes readable when something may have come; clear_wake() before looking.
+    /// Readable when there may be something new; call clear_wake() before reading it.
     int wake_fd() const { return wake_.get(); }
     void clear_wake() const;
     bool next_frame(FrameEvent &event) { return frames_.pop(event); }

@@ -6,8 +6,8 @@
 namespace afterglow {
 
 /// Gives the calling thread SCHED_FIFO at `priority` (1 to 99) and locks the process's memory, now
-/// and in future. Threads it makes later inherit the priority. Where it fails the thread goes on
-/// as it was, and the error says what is missing.
+/// and in future. Threads it makes later inherit the priority. Errors: EPERM and what limit is
+/// missing; the thread then goes on as it was.
 Status become_realtime(int priority);
 
 } // namespace afterglow

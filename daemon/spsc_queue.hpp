@@ -8,10 +8,10 @@
 
 namespace afterglow {
 
-/// A bounded queue between two threads: one pushes, one pops, neither ever waits for the other.
+/// A bounded queue with a single producer and a single consumer thread.
 ///
-/// Wait-free on both sides. The counts run on and wrap; the capacity is a power of two so that
-/// they wrap onto the same slot.
+/// Wait-free on both sides. The counts overflow; the capacity is a power of two so that they then
+/// still point to the right slot.
 template <class T, std::size_t Capacity>
 class SpscQueue {
     static_assert(Capacity > 0 && (Capacity & (Capacity - 1)) == 0, "a power of two");

@@ -12,12 +12,12 @@
 
 namespace afterglow {
 
-/// What came of waiting for a frame.
+/// The result of waiting for a frame.
 enum class Capture {
     frame,   ///< a good frame was written to the caller's buffer
     none,    ///< nothing in the time allowed
-    damaged, ///< a frame came but was unusable, and is dropped; problem() says why
-    ended,   ///< the recording is over: nothing will ever come
+    damaged, ///< a frame came but is unusable and dropped; problem() says why
+    ended,   ///< the recording is over: no frame will follow
     lost,    ///< the device is gone or stuck; problem() says why, start() may bring it back
 };
 
@@ -36,11 +36,11 @@ struct DepthFrame {
     std::uint64_t sequence = 0;
 };
 
-/// A camera that gives ordinary images.
+/// A camera of ordinary images.
 ///
-/// Made and destroyed on any thread; start(), read() and stop() are called by the estimator thread
-/// alone. read() writes into the caller's buffer, waits no longer than `timeout` and allocates
-/// nothing in steady state where the device's library lets it.
+/// Created and destroyed on any thread; start(), read() and stop() are called by the estimator
+/// thread only. read() writes into the caller's buffer, waits for `timeout` at most and, unless the
+/// device's library does, allocates nothing in steady state.
 class ColorSource {
 public:
     virtual ~ColorSource() = default;
@@ -48,7 +48,7 @@ public:
     virtual Status start() = 0;
     virtual void stop() = 0;
     virtual Capture read(ColorFrame &frame, std::chrono::nanoseconds timeout) = 0;
-    /// The sentence behind the last Capture::damaged or Capture::lost.
+    /// Why read() last returned Capture::damaged or Capture::lost.
     virtual const std::string &problem() const = 0;
 };
 
@@ -64,40 +64,42 @@ public:
     virtual const std::string &problem() const = 0;
 };
 
-/// The light of a TOF camera. Dark when made, and dark again when destroyed.
+/// The light of a TOF camera. Dark when made, and dark again when destroyed; where that fails the
+/// destructor logs it.
 class Illuminator {
 public:
     virtual ~Illuminator() = default;
+    /// Switches it on or off. Errors: which light it is, and why it could not be switched.
     virtual Status set(bool lit) = 0;
-    /// What it was last told.
+    /// The state that the last successful set() asked for.
     virtual bool lit() const = 0;
-    /// Whether what was exposed at `t_ns`, on the clock of frames and not in the future, may have
-    /// had its light. A simulated light is switched in no time, and for the very image that asked.
+    /// Whether a frame exposed at `t_ns` (the clock of frames, not in the future) may have been
+    /// illuminated. A simulated light switches without delay, from the image that asked on.
     virtual bool was_lit([[maybe_unused]] std::int64_t t_ns) const { return lit(); }
 };
 
-/// How the two cameras' frames go together.
+/// How depth maps are matched to images.
 struct Pairing {
     /// A depth map belongs to an image taken at most this much earlier or later. The default is
     /// less than half a frame at 30 FPS, and more than the 11 to 15 ms between a Kinect's cameras.
     std::chrono::nanoseconds tolerance = std::chrono::milliseconds(15);
-    /// How long an image waits for its map, which may come later, while the light is on.
+    /// How long an image waits for its depth map while the light is on.
     std::chrono::nanoseconds wait = std::chrono::nanoseconds(0);
-    /// How much later than it says, on the images' clock, a map was taken.
+    /// Added to a depth map's time stamp to get its time on the images' clock.
     std::chrono::nanoseconds delay = std::chrono::nanoseconds(0);
-    /// Maps after light on that may be passed over until they have settled.
+    /// How many depth maps after light on may be dropped until they have settled.
     int warmup_maps = 0;
-    /// A map further ahead of the image is of a clock gone wrong, not of an image to come.
+    /// A map further ahead of the image than this has a wrong clock and is dropped.
     std::chrono::nanoseconds furthest_ahead = std::chrono::milliseconds(500);
 };
 
-/// Everything a daemon captures with. The three may be faces of one device.
+/// The devices that a daemon captures with. The three may be interfaces of one device.
 struct Rig {
     std::unique_ptr<ColorSource> color;
     std::unique_ptr<TofSource> tof;
     std::unique_ptr<Illuminator> illuminator;
     Pairing pairing{};
-    /// What the devices cannot give, though one may expect it; empty when all is well.
+    /// For the log: what these devices cannot do although the configuration asks for it; or empty.
     std::string warning{};
 };
 

@@ -7,8 +7,8 @@
 
 namespace afterglow {
 
-/// How long a camera may give nothing before it counts as stuck: so long, and in any case three of
-/// its frames. USB cameras take a second or two from sleep to their first image.
+/// How long a camera may be silent before it counts as lost: this long, and at least three frame
+/// periods. USB cameras need one to two seconds to their first image.
 struct Timeouts {
     std::chrono::nanoseconds first_frame = std::chrono::seconds(3);
     std::chrono::nanoseconds next_frame = std::chrono::seconds(1);

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "core/base/standard_output.hpp"
 #include "eval/ablate.hpp"
 #include "eval/import.hpp"
 #include "eval/live/live.hpp"
@@ -6,6 +7,7 @@
 #ifdef AFTERGLOW_REPORT
 #include "eval/report/report.hpp"
 #endif
+#include "tools/command_line/unknown_command.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -97,6 +99,19 @@ private:
     std::vector<Command> commands_;
 };
 
+std::string explain_unknown(const CLI::App &app, const std::string &name) {
+#ifndef AFTERGLOW_REPORT
+    for (const char *left_out :
+         {"compare", "tradeoff", "runtime", "ransac", "power", "infill", "report", "merge"})
+        if (name == left_out)
+            return fmt::format("this build has no command \"{}\": it was configured with "
+                               "AFTERGLOW_REPORT=OFF; ./dev eval builds and runs it, or configure "
+                               "with -DAFTERGLOW_REPORT=ON (needs OpenCV and dlib)",
+                               name);
+#endif
+    return no_such_command(app, name);
+}
+
 } // namespace
 
 /// 0: done; 1: it could not be done; 2: the command line is wrong.
@@ -110,9 +125,13 @@ int main(int argc, char **argv) {
         const Command &command = commands.chosen();
         if (const Status checked = command.check(); !checked)
             return fail(checked.error(), exit_usage);
-        const Status done = command.run();
+        Status done = command.run();
+        if (done)
+            done = flush_standard_output();
         return done ? 0 : fail(done.error(), exit_failure);
     } catch (const CLI::ParseError &error) {
+        if (const auto name = unknown_command(app))
+            return fail({explain_unknown(app, *name)}, exit_usage);
         return app.exit(error) == 0 ? 0 : exit_usage;
     } catch (const std::exception &error) {
         return fail({error.what()}, exit_failure);

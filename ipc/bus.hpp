@@ -3,6 +3,7 @@
 
 #include <systemd/sd-bus.h>
 
+#include <cerrno>
 #include <cstring>
 #include <memory>
 
@@ -12,6 +13,21 @@ struct BusCloser {
     void operator()(sd_bus *bus) const { sd_bus_flush_close_unref(bus); }
 };
 using Bus = std::unique_ptr<sd_bus, BusCloser>;
+
+/// Why a bus could not be connected to, in words; `error` is the negative errno of open_bus().
+inline const char *bus_problem(int error) {
+    switch (error) {
+    case -ENOMEDIUM:
+        return "this user has no session bus ($DBUS_SESSION_BUS_ADDRESS and $XDG_RUNTIME_DIR are "
+               "not set)";
+    case -ENOENT:
+        return "its socket does not exist; no bus runs there";
+    case -ECONNREFUSED:
+        return "nothing listens on its socket";
+    default:
+        return std::strerror(-error);
+    }
+}
 
 /// Connects to the bus called `where`: "system", "session" or a D-Bus address. Returns 0 or a
 /// negative errno.

@@ -258,7 +258,8 @@ Result<std::unique_ptr<DepthService>> DepthService::create(sd_event *event, cons
     };
     auto state = std::make_unique<State>(event, ring_fd, ring, mode, power, control);
     if (const int error = connect(bus, state->bus); error < 0)
-        return failed(fmt::format("connect to {}", name_of(bus)), error);
+        return Error{fmt::format("cannot connect to {}: {}", name_of(bus), bus_problem(error)),
+                     -error};
     sd_bus *connection = state->bus.get();
     if (const int error = sd_bus_add_object_vtable(connection, nullptr, object_path, interface_name,
                                                    State::vtable, state.get());

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "afterglow/ring.h"
+#include "core/base/result.hpp"
 #include "core/gate.hpp"
 #include "ipc/power_model.hpp"
-#include "core/base/result.hpp"
 
 #include <systemd/sd-event.h>
 
@@ -17,11 +17,11 @@ namespace afterglow {
 /// The named states of the daemon, as shown on D-Bus.
 enum class DaemonState { starting, running, idle, color_lost, tof_lost, stopped };
 
-/// What the estimator thread tells of each published frame.
+/// The estimator thread's report of a published frame.
 struct FrameEvent {
     afterglow_frame frame;
-    std::uint64_t damaged; ///< frames dropped so far because they were unusable
-    std::uint64_t missed;  ///< frames that the colour source says were never delivered to us
+    std::uint64_t damaged;              ///< frames dropped so far because they were unusable
+    std::uint64_t missed;               ///< gaps in the colour camera's frame numbers so far
     std::int64_t pairing_error_ns = -1; ///< between image and measurement; -1: not measured
     std::int64_t wake_latency_ns = -1;  ///< of a light that had to go on for it; -1: none
 };
@@ -32,7 +32,7 @@ struct BusOptions {
     std::string address;
 };
 
-/// What clients ask of the daemon. Called on the D-Bus thread; must not block.
+/// Requests of clients to the daemon. Called on the D-Bus thread; must not block.
 class ServiceControl {
 public:
     virtual ~ServiceControl() = default;

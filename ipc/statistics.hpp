@@ -28,7 +28,7 @@ private:
     std::uint64_t total_ = 0;
 };
 
-/// What org.afterglow.Depth1 tells of the frames since the start or the last reset.
+/// The statistics of org.afterglow.Depth1 since the start or the last reset.
 class Statistics {
 public:
     explicit Statistics(const PowerModel &power = {}) : power_(power) {}

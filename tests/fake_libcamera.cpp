@@ -15,7 +15,6 @@
 
 #include <linux/videodev2.h>
 #include <sys/mman.h>
-#include <sys/prctl.h>
 #include <sys/socket.h>
 
 #include <array>
@@ -65,7 +64,7 @@ public:
                 std::abort();
             images_[i] = static_cast<unsigned char *>(
                 ::mmap(nullptr, offset + pixels, PROT_WRITE, MAP_SHARED, memory[i], 0));
-            report.places[i] = {offset, pixels};
+            report.planes[i] = {offset, pixels};
         }
         send(helper_socket, report, memory);
     }
@@ -156,7 +155,6 @@ void list(const std::string &script) {
 } // namespace
 
 int main(int, char **argv) {
-    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (std::string(argv[1]) == "list") {
         const char *script = std::getenv("FAKE_LIBCAMERA_LIST");
         list(script != nullptr ? script : "");

@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <sys/prctl.h>
-#include <sys/wait.h>
+#include "core/base/child_process.hpp"
+#include "core/base/unique_fd.hpp"
+#include "tests/temporary_folder.hpp"
+#include "tests/wait_until.hpp"
 
-#include <csignal>
-#include <cstdio>
-#include <cstdlib>
 #include <fcntl.h>
-#include <filesystem>
-#include <fstream>
+#include <poll.h>
 #include <stdexcept>
 #include <string>
 #include <unistd.h>
@@ -19,61 +17,47 @@
 /// the object, at the latest with the thread that made it.
 class PrivateBus {
 public:
-    PrivateBus() : folder_(make_folder()) {
-        const std::string config = folder_ + "/bus.conf";
-        std::ofstream(config) << "<busconfig><type>session</type><listen>unix:path=" << folder_
-                              << "/bus</listen><auth>EXTERNAL</auth><policy context=\"default\">"
-                                 "<allow send_destination=\"*\" eavesdrop=\"true\"/>"
-                                 "<allow eavesdrop=\"true\"/><allow own=\"*\"/>"
-                                 "</policy></busconfig>";
-        const std::string argument = "--config-file=" + config;
-        int ready[2];
-        if (::pipe2(ready, O_CLOEXEC) < 0)
-            throw std::runtime_error("no pipe");
-        process_ = ::fork();
-        if (process_ == 0) {
-            ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-            ::dup2(ready[1], 3);
-            ::dup2(::open("/dev/null", O_WRONLY), STDERR_FILENO); // it warns of limits of its own
-            ::execlp("dbus-daemon", "dbus-daemon", argument.c_str(), "--nofork", "--nopidfile",
-                     "--print-address=3", nullptr);
-            ::_exit(127);
-        }
-        ::close(ready[1]);
-        // The address is printed when the bus listens.
-        char first = 0;
-        const bool listens = ::read(ready[0], &first, 1) == 1;
-        ::close(ready[0]);
-        if (!listens) {
-            stop();
-            throw std::runtime_error("dbus-daemon does not start");
-        }
-    }
-    PrivateBus(const PrivateBus &) = delete;
-    ~PrivateBus() {
-        stop();
-        std::filesystem::remove_all(folder_);
-    }
+    PrivateBus() : process_(start()) {}
 
-    std::string address() const { return "unix:path=" + folder_ + "/bus"; }
+    std::string address() const { return "unix:path=" + folder_.path() + "/bus"; }
 
     /// Kills the bus before its time.
     void stop() {
-        if (process_ <= 0)
-            return;
-        ::kill(process_, SIGKILL);
-        ::waitpid(process_, nullptr, 0);
-        process_ = -1;
+        process_.signal(SIGKILL);
+        static_cast<void>(process_.wait(longest_wait));
     }
 
 private:
-    static std::string make_folder() {
-        std::string name = std::filesystem::temp_directory_path() / "afterglow-bus-XXXXXX";
-        if (::mkdtemp(name.data()) == nullptr)
-            throw std::runtime_error("no folder for the bus");
-        return name;
+    afterglow::ChildProcess start() const {
+        const std::string config =
+            folder_.write("bus.conf", "<busconfig><type>session</type><listen>" + address() +
+                                          "</listen><auth>EXTERNAL</auth>"
+                                          "<policy context=\"default\">"
+                                          "<allow send_destination=\"*\" eavesdrop=\"true\"/>"
+                                          "<allow eavesdrop=\"true\"/><allow own=\"*\"/>"
+                                          "</policy></busconfig>");
+        int ends[2];
+        if (::pipe2(ends, O_CLOEXEC) < 0)
+            throw std::runtime_error("no pipe");
+        const afterglow::UniqueFd ready(ends[0]);
+        afterglow::UniqueFd bus_end(ends[1]);
+        const afterglow::UniqueFd null(::open("/dev/null", O_WRONLY | O_CLOEXEC));
+        // It warns on stderr of limits of its own.
+        auto process = afterglow::ChildProcess::start(
+            {.command = {"dbus-daemon", "--config-file=" + config, "--nofork", "--nopidfile",
+                         "--print-address=9"},
+             .descriptors = {{null.get(), STDERR_FILENO}, {bus_end.get(), 9}}});
+        if (!process)
+            throw std::runtime_error(process.error().message);
+        bus_end = afterglow::UniqueFd();
+        // The address is printed when the bus listens.
+        pollfd printed = {ready.get(), POLLIN, 0};
+        constexpr int wait_ms = std::chrono::milliseconds(longest_wait).count();
+        if (::poll(&printed, 1, wait_ms) != 1 || (printed.revents & POLLIN) == 0)
+            throw std::runtime_error("dbus-daemon does not start");
+        return *std::move(process);
     }
 
-    std::string folder_;
-    pid_t process_ = -1;
+    TemporaryFolder folder_;
+    afterglow::ChildProcess process_;
 };

@@ -1,86 +1,65 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "core/base/child_process.hpp"
+#include "core/base/unique_fd.hpp"
 #include "tests/temporary_folder.hpp"
-
-#include <sys/prctl.h>
-#include <sys/wait.h>
+#include "tests/wait_until.hpp"
 
 #include <csignal>
-#include <cstdio>
-#include <cstdlib>
 #include <fcntl.h>
-#include <fstream>
-#include <iterator>
-#include <optional>
+#include <stdexcept>
 #include <string>
 #include <unistd.h>
 #include <utility>
 #include <vector>
 
-/// One of the project's programs, running. It dies with the test, at the latest.
+/// One of the project's programs, running. It ends with the test, at the latest.
 class Program {
 public:
-    /// `arguments[0]` is the program's name in the build's folder of programs.
-    explicit Program(std::vector<std::string> arguments) {
-        arguments[0] = AFTERGLOW_BIN_DIR "/" + arguments[0];
-        process_ = ::fork();
-        if (process_ == 0) {
-            ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-            write_to(STDOUT_FILENO, folder_.path() + "/out");
-            write_to(STDERR_FILENO, folder_.path() + "/err");
-            ::unsetenv("JOURNAL_STREAM");
-            ::unsetenv("NOTIFY_SOCKET");
-            std::vector<char *> pointers;
-            for (std::string &argument : arguments)
-                pointers.push_back(argument.data());
-            pointers.push_back(nullptr);
-            ::execv(pointers[0], pointers.data());
-            ::_exit(127);
-        }
-    }
+    /// `arguments[0]` is the program's name in the build's folder of programs. What it writes to
+    /// standard output and standard error goes to files, unless `streams` has other descriptors
+    /// for it: (ours, the program's).
+    explicit Program(std::vector<std::string> arguments,
+                     std::vector<std::pair<int, int>> streams = {})
+        : process_(start(std::move(arguments), std::move(streams))) {}
     Program(const Program &) = delete;
-    ~Program() {
-        if (process_ > 0) {
-            ::kill(process_, SIGKILL);
-            ::waitpid(process_, nullptr, 0);
-        }
-    }
 
-    pid_t process() const { return process_; }
-    void signal(int number) const { ::kill(process_, number); }
-    bool runs() {
-        int status = 0;
-        if (process_ > 0 && ::waitpid(process_, &status, WNOHANG) == process_)
-            end(status);
-        return process_ > 0;
-    }
-    /// Waits for the end. The exit status, or the negative number of the signal that killed it.
+    pid_t process() const { return process_.pid(); }
+    void signal(int number) const { process_.signal(number); }
+    bool runs() { return process_.running(); }
+    /// Waits for the end. The exit status, or the negative number of the signal that killed it;
+    /// throws when the program does not end.
     int wait() {
-        int status = 0;
-        if (process_ > 0 && ::waitpid(process_, &status, 0) == process_)
-            end(status);
-        return code_;
+        const auto code = process_.wait(longest_wait);
+        if (!code)
+            throw std::runtime_error("the program does not end; it said: " + errors());
+        return *code;
     }
-    std::string output() const { return read(folder_.path() + "/out"); }
-    std::string errors() const { return read(folder_.path() + "/err"); }
+    std::string output() const { return folder_.read("out"); }
+    std::string errors() const { return folder_.read("err"); }
 
 private:
-    static void write_to(int fd, const std::string &path) {
-        ::dup2(::open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0600), fd);
-    }
-    static std::string read(const std::string &path) {
-        std::ifstream file(path, std::ios::binary);
-        return {std::istreambuf_iterator<char>(file), {}};
-    }
-    void end(int status) {
-        process_ = -1;
-        code_ = WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+    afterglow::ChildProcess start(std::vector<std::string> arguments,
+                                  std::vector<std::pair<int, int>> streams) const {
+        const auto file = [&](const char *name) {
+            const std::string path = folder_ / name;
+            return afterglow::UniqueFd(
+                ::open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0600));
+        };
+        const afterglow::UniqueFd out = file("out");
+        const afterglow::UniqueFd err = file("err");
+        arguments[0] = AFTERGLOW_BIN_DIR "/" + arguments[0];
+        streams.insert(streams.begin(), {{out.get(), STDOUT_FILENO}, {err.get(), STDERR_FILENO}});
+        auto process = afterglow::ChildProcess::start(
+            {std::move(arguments), {"JOURNAL_STREAM", "NOTIFY_SOCKET"}, std::move(streams)});
+        if (!process)
+            throw std::runtime_error(process.error().message);
+        return *std::move(process);
     }
 
     TemporaryFolder folder_;
-    pid_t process_ = -1;
-    int code_ = 0;
+    afterglow::ChildProcess process_;
 };
 
 /// What a program that has ended said.
@@ -90,8 +69,9 @@ struct Ended {
     std::string errors;
 };
 
-inline Ended run(std::vector<std::string> arguments) {
-    Program program(std::move(arguments));
+inline Ended run(std::vector<std::string> arguments,
+                 std::vector<std::pair<int, int>> streams = {}) {
+    Program program(std::move(arguments), std::move(streams));
     const int code = program.wait();
     return {code, program.output(), program.errors()};
 }

@@ -6,18 +6,16 @@
 #include "tests/program.hpp"
 
 #include <string>
-#include <unistd.h>
+#include <utility>
 #include <vector>
 
 /// A daemon on a bus of its own.
 struct Served {
-    explicit Served(const std::string &configuration)
+    explicit Served(const std::string &configuration, std::vector<std::pair<int, int>> streams = {})
         : daemon({"afterglowd", "--bus", bus.address(), "--config",
-                  folder.write("a.toml", configuration)}) {
-        while (daemon.runs() && status().code != 0)
-            ::usleep(10'000);
-        INFO(daemon.errors());
-        REQUIRE(daemon.runs());
+                  folder.write("a.toml", configuration)},
+                 std::move(streams)) {
+        expect([&] { return status().code == 0; });
     }
     Ended status() const { return ctl({"status"}); }
     Ended ctl(std::vector<std::string> arguments) const {
@@ -27,10 +25,15 @@ struct Served {
     /// Waits until `afterglowctl stats` has such a line.
     void wait_for(const std::string &name, const std::string &value) {
         const std::string line = name + std::string(21 - name.size(), ' ') + value + "\n";
-        while (daemon.runs() && ctl({"stats"}).output.find(line) == std::string::npos)
-            ::usleep(10'000);
+        expect([&] { return ctl({"stats"}).output.find(line) != std::string::npos; });
+    }
+    /// Waits until `condition()` holds, while the daemon runs.
+    template <class Condition>
+    void expect(Condition condition) {
+        const bool in_time = wait_until([&] { return !daemon.runs() || condition(); });
         INFO(daemon.errors());
         REQUIRE(daemon.runs());
+        REQUIRE(in_time);
     }
 
     /// The number behind a name in `afterglowctl stats`.

@@ -1,31 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <cstdlib>
+#include "core/base/temporary_directory.hpp"
+
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <stdexcept>
 #include <string>
 
-/// A folder of a test's own, gone with everything in it at the end.
+/// A temporary directory of a test's own, and the files in it.
 class TemporaryFolder {
 public:
-    TemporaryFolder() {
-        path_ = (std::filesystem::temp_directory_path() / "afterglow-test-XXXXXX").string();
-        if (mkdtemp(path_.data()) == nullptr)
-            throw std::runtime_error("there is no place for temporary files");
-    }
-    ~TemporaryFolder() {
-        std::error_code ignored;
-        std::filesystem::remove_all(path_, ignored);
-    }
-    TemporaryFolder(const TemporaryFolder &) = delete;
-    TemporaryFolder &operator=(const TemporaryFolder &) = delete;
+    TemporaryFolder() : directory_(create()) {}
 
-    const std::string &path() const { return path_; }
+    const std::string &path() const { return directory_.path(); }
     /// The path of something in the folder.
-    std::string operator/(const std::string &name) const { return path_ + "/" + name; }
+    std::string operator/(const std::string &name) const { return path() + "/" + name; }
 
     /// Writes a file, and the folders that lead to it. Returns its path.
     std::string write(const std::string &name, const std::string &content) const {
@@ -40,5 +31,12 @@ public:
     }
 
 private:
-    std::string path_;
+    static afterglow::TemporaryDirectory create() {
+        auto directory = afterglow::TemporaryDirectory::create("afterglow-test-");
+        if (!directory)
+            throw std::runtime_error(directory.error().message);
+        return *std::move(directory);
+    }
+
+    afterglow::TemporaryDirectory directory_;
 };

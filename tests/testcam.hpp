@@ -69,6 +69,9 @@ public:
         std::ofstream(folder_.path() + "/commands") << line << std::endl;
     }
 
+    /// The end of what has not ended.
+    static constexpr std::int64_t never = std::int64_t{1} << 62;
+
     /// What the emitter's log says.
     struct Log {
         std::vector<std::pair<std::int64_t, std::int64_t>> lit; ///< from, to; ns
@@ -82,7 +85,6 @@ public:
         }
     };
     Log log() const {
-        constexpr std::int64_t never = std::int64_t{1} << 62;
         Log log;
         std::ifstream file(log_path());
         for (std::string line; std::getline(file, line);) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/files/image_file.hpp"
 
+#include "core/base/printable.hpp"
 #include "drivers/files/png_file.hpp"
 #include "drivers/files/read_file.hpp"
 
@@ -127,7 +128,8 @@ Status read_with(Status (*decode)(std::string_view, Destination<T> &), const std
         return bytes.error();
     Status decoded = decode(*bytes, destination);
     if (!decoded)
-        return Error{fmt::format("{}: {}", path, decoded.error().message), decoded.error().code};
+        return Error{fmt::format("{}: {}", printable(path), decoded.error().message),
+                     decoded.error().code};
     return decoded;
 }
 
@@ -143,7 +145,7 @@ Result<Image<T>> read_whole(Status (*decode)(std::string_view, Destination<T> &)
 template <class T>
 Status write_rows(const std::string &path, ImageView<const T> image, const PngLayout &layout) {
     const auto failed = [&](std::string_view why) {
-        return Error{fmt::format("{}: {}", path, why), errno};
+        return Error{fmt::format("{}: {}", printable(path), why), errno};
     };
     const std::string part = fmt::format("{}.{}.part", path, getpid());
     unlink(part.c_str()); // of a process that had our number and did not finish

@@ -16,12 +16,12 @@ namespace {
 
 /// libpng's last words. It may not return from reporting an error, and an exception cannot pass
 /// through it.
-struct LastWords {
+struct PngErrorText {
     char text[128] = "";
 };
 
 [[noreturn]] void on_error(png_structp png, png_const_charp message) {
-    auto *words = static_cast<LastWords *>(png_get_error_ptr(png));
+    auto *words = static_cast<PngErrorText *>(png_get_error_ptr(png));
     std::strncpy(words->text, message, sizeof words->text - 1);
     png_longjmp(png, 1);
 }
@@ -65,7 +65,7 @@ struct PngDecoder::Library {
     Error error() const { return {fmt::format("is not a sound PNG file: {}", words.text), EINVAL}; }
 
     std::string_view rest;
-    LastWords words;
+    PngErrorText words;
     png_structp png = nullptr;
     png_infop info = nullptr;
 };
@@ -147,7 +147,7 @@ Status PngDecoder::read_rows(std::vector<std::uint8_t *> rows, std::size_t row_b
 Status encode_png(std::FILE *file, const PngLayout &layout,
                   std::span<const std::uint8_t *const> rows) {
     assert(rows.size() == static_cast<std::size_t>(layout.height));
-    LastWords words;
+    PngErrorText words;
     png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &words, on_error, on_warning);
     if (png == nullptr)
         return out_of_memory();

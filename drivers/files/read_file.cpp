@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/files/read_file.hpp"
 
+#include "core/base/printable.hpp"
+
 #include <fmt/format.h>
 #include <sys/stat.h>
 
@@ -15,7 +17,7 @@ namespace {
 constexpr off_t max_file_bytes = off_t{64} << 20;
 
 Error system_error(const std::string &path) {
-    return {fmt::format("{}: {}", path, std::strerror(errno)), errno};
+    return {fmt::format("{}: {}", printable(path), std::strerror(errno)), errno};
 }
 
 Result<std::string> read_descriptor(int fd, const std::string &path) {
@@ -23,10 +25,10 @@ Result<std::string> read_descriptor(int fd, const std::string &path) {
     if (fstat(fd, &info) != 0)
         return system_error(path);
     if (!S_ISREG(info.st_mode))
-        return Error{fmt::format("{}: is not a regular file", path), EINVAL};
+        return Error{fmt::format("{}: is not a regular file", printable(path)), EINVAL};
     if (info.st_size > max_file_bytes)
-        return Error{fmt::format("{}: has {} bytes, more than the {} that are read", path,
-                                 info.st_size, max_file_bytes),
+        return Error{fmt::format("{}: has {} bytes, more than the {} that are read",
+                                 printable(path), info.st_size, max_file_bytes),
                      EFBIG};
     std::string bytes(static_cast<std::size_t>(info.st_size), '\0');
     std::size_t filled = 0;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/files/recording.hpp"
 
+#include "core/base/printable.hpp"
 #include "drivers/files/image_file.hpp"
 #include "drivers/files/text_fields.hpp"
 
@@ -40,7 +41,8 @@ Result<std::string> path_inside(const std::string &folder, const TextFields &lin
     std::replace(name.begin(), name.end(), '\\', '/');
     const fs::path path = name;
     if (path.is_absolute() || std::find(path.begin(), path.end(), "..") != path.end())
-        return line.error(fmt::format("{} is outside the recording's folder", line[field]));
+        return line.error(
+            fmt::format("{} is outside the recording's folder", printable(line[field])));
     return (fs::path(folder) / path).string();
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/files/text_fields.hpp"
 
+#include "core/base/printable.hpp"
 #include "drivers/files/read_file.hpp"
 
 #include <fmt/format.h>
@@ -79,7 +80,7 @@ std::optional<std::int64_t> TextFields::time_ns(std::size_t field) const {
 }
 
 Error TextFields::error(std::string_view what) const {
-    return {fmt::format("{}:{}: {}", path_, line_, what), EINVAL};
+    return {fmt::format("{}:{}: {}", printable(path_), line_, what), EINVAL};
 }
 
 } // namespace afterglow

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/base/rigid_motion.hpp"
 #include "core/base/result.hpp"
+#include "core/base/rigid_motion.hpp"
 
 #include <Eigen/Geometry>
 
@@ -17,7 +17,7 @@ namespace afterglow {
 /// benchmark has it.
 class Trajectory {
 public:
-    /// Two poses further apart than this have nothing to say about the time between them.
+    /// Between two poses further apart in time than this nothing is interpolated.
     static constexpr std::int64_t max_gap_ns = 100'000'000;
 
     /// Reads such a file. Lines whose time is not later than the one before are left out.

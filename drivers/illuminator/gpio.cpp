@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "core/base/printable.hpp"
 #include "core/base/unique_fd.hpp"
 #include "drivers/illuminator/illuminators.hpp"
 
@@ -15,16 +16,31 @@ namespace afterglow {
 namespace {
 
 Error refusal(const GpioOptions &options, const char *doing, int code) {
-    return {fmt::format("line {} of the GPIO chip '{}' cannot be {}: {}", options.line,
-                        options.chip, doing, std::strerror(code)),
-            code};
+    const std::string chip = fmt::format("the GPIO chip '{}'", printable(options.chip));
+    switch (code) {
+    case ENOENT:
+    case ENODEV:
+    case ENXIO:
+        return {chip + " is not there", code};
+    case ENOTTY:
+        return {fmt::format("'{}' is no GPIO chip", printable(options.chip)), code};
+    case EINVAL:
+        return {fmt::format("{} has no line {} that can be an output", chip, options.line), code};
+    case EBUSY:
+        return {fmt::format("line {} of {} is in use by another program", options.line, chip),
+                code};
+    default:
+        return {fmt::format("line {} of {} cannot be {}: {}", options.line, chip, doing,
+                            std::strerror(code)),
+                code};
+    }
 }
 
 class Gpio final : public Illuminator {
 public:
     Gpio(GpioOptions options, UniqueFd line)
         : options_(std::move(options)), line_(std::move(line)) {}
-    ~Gpio() override { static_cast<void>(set(false)); }
+    ~Gpio() override { leave_dark(*this); }
 
     Status set(bool lit) override {
         gpio_v2_line_values values = {};
@@ -58,7 +74,7 @@ Result<std::unique_ptr<Illuminator>> open_gpio(const GpioOptions &options) {
     request.config.flags =
         GPIO_V2_LINE_FLAG_OUTPUT | (options.active_low ? GPIO_V2_LINE_FLAG_ACTIVE_LOW : 0);
     if (::ioctl(chip.get(), GPIO_V2_GET_LINE_IOCTL, &request) != 0)
-        return refusal(options, "had", errno);
+        return refusal(options, "requested", errno);
     return std::unique_ptr<Illuminator>(std::make_unique<Gpio>(options, UniqueFd(request.fd)));
 }
 

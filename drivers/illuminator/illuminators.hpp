@@ -9,9 +9,14 @@
 
 namespace afterglow {
 
-// Lights that are no part of a camera's own interface. Each set() is a system call or two.
+// Lights that are not part of a camera's own interface. Each set() is one or two system calls.
 
-/// A light that cannot be switched: every frame is exposed in it, whatever is asked.
+/// Switches `light` off at the end of its life. A failure is logged, with the light's name and the
+/// reason, unless the device is absent (ENOENT, ENODEV, ENXIO) and the light was not on. Called by
+/// the destructor of each driver; not by the estimator thread.
+void leave_dark(Illuminator &light) noexcept;
+
+/// A light that is always on: set() only changes lit(), and was_lit() is always true.
 std::unique_ptr<Illuminator> open_no_light();
 
 struct LedOptions {
@@ -21,8 +26,8 @@ struct LedOptions {
     std::string folder = "/sys/class/leds";
 };
 
-/// A LED of the kernel's LED class. Errors: there is no such LED, its brightness may not be
-/// written, or does not reach `on`.
+/// A LED of the kernel's LED class; dark when it is opened. Errors: ENOENT where there is no such
+/// LED, EACCES where its brightness may not be written, ERANGE where it does not reach `on`.
 Result<std::unique_ptr<Illuminator>> open_led(const LedOptions &options);
 
 struct GpioOptions {
@@ -31,9 +36,10 @@ struct GpioOptions {
     bool active_low = false; ///< lit while the line is low
 };
 
-/// A line of a GPIO chip, held for as long as the light exists. The kernel's own interface
-/// (version 2, Linux 5.10) and no library: that of libgpiod is another in each Debian release.
-/// Errors: there is no such chip or line, or somebody else has it.
+/// A line of a GPIO chip, requested for as long as the object exists; dark from the request on.
+/// Uses the kernel's interface (version 2, Linux 5.10), because libgpiod's API differs between
+/// Debian releases. Errors: ENOENT, ENOTTY or EINVAL where there is no such chip or line, EBUSY
+/// where another program uses it.
 Result<std::unique_ptr<Illuminator>> open_gpio(const GpioOptions &options);
 
 } // namespace afterglow

@@ -15,16 +15,16 @@ Buffers::Buffers(const Report &streaming, std::vector<UniqueFd> descriptors) {
         return;
     std::vector<Buffer> mapped;
     for (std::size_t i = 0; i < descriptors.size(); ++i) {
-        const Report::Place place = streaming.places[i];
-        const std::size_t size = std::size_t{place.offset} + place.length;
+        const Report::BufferPlane extent = streaming.planes[i];
+        const std::size_t size = std::size_t{extent.offset} + extent.length;
         // What lies behind the end of the memory could be mapped, but not read.
         const off_t end = ::lseek(descriptors[i].get(), 0, SEEK_END);
-        if (place.length == 0 || end < 0 || static_cast<std::size_t>(end) < size)
+        if (extent.length == 0 || end < 0 || static_cast<std::size_t>(end) < size)
             return;
         Mapping mapping(descriptors[i].get(), size);
         if (mapping.begin() == nullptr)
             return;
-        mapped.push_back({std::move(descriptors[i]), place, std::move(mapping)});
+        mapped.push_back({std::move(descriptors[i]), extent, std::move(mapping)});
     }
     buffers_ = std::move(mapped);
 }

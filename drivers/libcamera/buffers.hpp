@@ -12,11 +12,12 @@
 
 namespace afterglow::libcam {
 
-/// A stream's buffers, mapped here. They stay whole when the helper or the camera goes.
+/// A stream's buffers, mapped into this process. They stay valid when the helper or the camera
+/// ends.
 class Buffers {
 public:
     Buffers() = default;
-    /// Of a streaming report with its descriptors; none is mapped if one of them cannot be.
+    /// Maps the buffers of a streaming report; if one cannot be mapped, count() is 0.
     Buffers(const Report &streaming, std::vector<UniqueFd> descriptors);
     Buffers(Buffers &&other) noexcept = default;
     Buffers &operator=(Buffers &&other) noexcept = default;
@@ -24,13 +25,13 @@ public:
 
     std::size_t count() const { return buffers_.size(); }
 
-    /// Calls `read` with the bytes of a frame, when the device's writing to memory is visible.
+    /// Calls `read` with the bytes of a frame, once the device's writes are visible.
     /// `frame.buffer` is less than count().
     template <class Read>
     auto read(const Report &frame, const Read &read) const {
         const Buffer &buffer = buffers_[frame.buffer];
         const Access access(buffer.fd.get());
-        return read(buffer.plane().first(std::min<std::size_t>(frame.bytes, buffer.place.length)));
+        return read(buffer.plane().first(std::min<std::size_t>(frame.bytes, buffer.extent.length)));
     }
 
 private:
@@ -49,13 +50,13 @@ private:
     };
     struct Buffer {
         UniqueFd fd;
-        Report::Place place;
+        Report::BufferPlane extent;
         Mapping mapping;
         std::span<const std::uint8_t> plane() const {
-            return {mapping.begin() + place.offset, place.length};
+            return {mapping.begin() + extent.offset, extent.length};
         }
     };
-    /// While it lives the processor may read a DMA buffer.
+    /// Brackets the processor's reads of a DMA buffer (DMA_BUF_IOCTL_SYNC).
     class Access {
     public:
         explicit Access(int fd);

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "core/base/printable.hpp"
 #include "drivers/libcamera/buffers.hpp"
 #include "drivers/libcamera/formats.hpp"
 #include "drivers/libcamera/helper_process.hpp"
 #include "drivers/libcamera/libcamera.hpp"
-#include "drivers/timestamps/libcamera_time.hpp"
 #include "drivers/timeouts.hpp"
+#include "drivers/timestamps/libcamera_time.hpp"
 #include "drivers/timestamps/v4l2_time.hpp"
 #include "drivers/v4l2/v4l2_source.hpp"
 
@@ -104,20 +105,23 @@ Status LibcameraColor::await_streaming() {
     Report report;
     switch (process_->await(report, descriptors_, now() + timeouts_.first_frame)) {
     case Received::nothing:
-        return Error{fmt::format("libcamera does not answer about the camera '{}'", device_),
-                     ETIMEDOUT};
+        return Error{
+            fmt::format("libcamera does not answer about the camera '{}'", printable(device_)),
+            ETIMEDOUT};
     case Received::end:
-        return Error{fmt::format("libcamera's process ended at the camera '{}'", device_), EIO};
+        return Error{
+            fmt::format("libcamera's process ended at the camera '{}'", printable(device_)), EIO};
     case Received::message:
         break;
     }
     if (report.kind == Kind::failed)
-        return Error{report.text.data(), report.code};
+        return Error{printable(report.text.data()), report.code};
     if (report.kind == Kind::streaming && report.width == camera_.width &&
         report.height == camera_.height)
         buffers_ = Buffers(report, std::exchange(descriptors_, {}));
     if (buffers_.count() == 0)
-        return Error{fmt::format("the images of the camera '{}' cannot be shared", device_), EIO};
+        return Error{
+            fmt::format("the images of the camera '{}' cannot be shared", printable(device_)), EIO};
     v4l2::FrameLayout layout;
     layout.fourcc = report.fourcc;
     layout.width = report.width;
@@ -168,7 +172,7 @@ bool LibcameraColor::take_newest(std::optional<Report> &newest) {
             break;
         }
         if (report.kind == Kind::failed) {
-            problem_ = report.text.data();
+            problem_ = printable(report.text.data());
             return false;
         }
         const bool is_frame = report.kind == Kind::frame && report.buffer < buffers_.count();
@@ -213,12 +217,12 @@ void LibcameraColor::release(const Report &frame) {
 }
 
 Capture LibcameraColor::lost(std::string_view why) {
-    problem_ = fmt::format("the camera '{}' {}", device_, why);
+    problem_ = fmt::format("the camera '{}' {}", printable(device_), why);
     return Capture::lost;
 }
 
 Capture LibcameraColor::damaged(std::string_view why) {
-    problem_ = fmt::format("an image of the camera '{}' is dropped: {}", device_, why);
+    problem_ = fmt::format("an image of the camera '{}' is dropped: {}", printable(device_), why);
     return Capture::damaged;
 }
 

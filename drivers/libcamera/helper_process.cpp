@@ -5,19 +5,14 @@
 
 #include <fmt/format.h>
 #include <sys/socket.h>
-#include <sys/wait.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <csignal>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <poll.h>
-#include <sched.h>
-#include <spawn.h>
-#include <time.h>
-#include <unistd.h>
 
 namespace afterglow {
 
@@ -28,55 +23,6 @@ std::string libcamera_helper() {
 }
 
 namespace libcam {
-namespace {
-
-/// How a helper begins: with its end of the connection, and without our priority and signal mask.
-class Beginning {
-public:
-    explicit Beginning(int socket) {
-        ::posix_spawn_file_actions_init(&actions_);
-        ::posix_spawn_file_actions_adddup2(&actions_, socket, helper_socket);
-        ::posix_spawnattr_init(&attributes_);
-        sigset_t signals;
-        ::sigemptyset(&signals);
-        ::posix_spawnattr_setsigmask(&attributes_, &signals);
-        const sched_param ordinary = {};
-        ::posix_spawnattr_setschedpolicy(&attributes_, SCHED_OTHER);
-        ::posix_spawnattr_setschedparam(&attributes_, &ordinary);
-        ::posix_spawnattr_setflags(&attributes_, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSCHEDULER);
-    }
-    ~Beginning() {
-        ::posix_spawn_file_actions_destroy(&actions_);
-        ::posix_spawnattr_destroy(&attributes_);
-    }
-    Beginning(const Beginning &) = delete;
-    Beginning &operator=(const Beginning &) = delete;
-
-    /// Returns the errno.
-    int spawn(pid_t &pid, std::vector<std::string> command) const {
-        // libcamera is told so before its first line of code runs; what the user says goes before.
-        static char quiet[] = "LIBCAMERA_LOG_LEVELS=*:ERROR";
-        std::vector<char *> variables;
-        for (char **variable = environ; *variable != nullptr; ++variable)
-            variables.push_back(*variable);
-        variables.push_back(quiet);
-        variables.push_back(nullptr);
-        std::vector<char *> words;
-        words.reserve(command.size() + 1);
-        for (std::string &word : command)
-            words.push_back(word.data());
-        words.push_back(nullptr);
-        return ::posix_spawn(&pid, words[0], &actions_, &attributes_, words.data(),
-                             variables.data());
-    }
-
-private:
-    posix_spawn_file_actions_t actions_;
-    posix_spawnattr_t attributes_;
-};
-
-} // namespace
-
 Result<HelperProcess> HelperProcess::start(const std::string &program,
                                            std::vector<std::string> arguments) {
     std::array<int, 2> ends = {-1, -1};
@@ -85,20 +31,14 @@ Result<HelperProcess> HelperProcess::start(const std::string &program,
     UniqueFd ours(ends[0]);
     const UniqueFd theirs(ends[1]);
     arguments.insert(arguments.begin(), program);
-    pid_t pid = -1;
-    if (const int error = Beginning(theirs.get()).spawn(pid, std::move(arguments)))
-        return Error{fmt::format("{} cannot be started: {}", program, std::strerror(error)), error};
-    return HelperProcess(pid, std::move(ours));
-}
-
-HelperProcess::~HelperProcess() {
-    if (pid_ < 0)
-        return;
-    ::kill(pid_, SIGKILL);
-    for (int ms = 0; ms < 1000 && ::waitpid(pid_, nullptr, WNOHANG) == 0; ++ms) {
-        const timespec pause = {0, 1'000'000};
-        ::nanosleep(&pause, nullptr);
-    }
+    std::vector<std::string> environment;
+    if (::getenv("LIBCAMERA_LOG_LEVELS") == nullptr) // what the user asks for stays
+        environment.emplace_back("LIBCAMERA_LOG_LEVELS=*:ERROR");
+    Result<ChildProcess> process = ChildProcess::start(
+        {std::move(arguments), std::move(environment), {{theirs.get(), helper_socket}}});
+    if (!process)
+        return process.error();
+    return HelperProcess(*std::move(process), std::move(ours));
 }
 
 void HelperProcess::wait(std::chrono::nanoseconds time) const {

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "core/base/child_process.hpp"
 #include "core/base/result.hpp"
 #include "core/base/unique_fd.hpp"
 #include "drivers/libcamera/wire.hpp"
-
-#include <sys/types.h>
 
 #include <chrono>
 #include <string>
@@ -14,18 +13,13 @@
 
 namespace afterglow::libcam {
 
-/// A process of afterglow-libcamera, for as long as this object lives. It ends with the thread that
-/// started it, at the latest.
+/// A process of afterglow-libcamera and a connection to it, for as long as this object lives; as
+/// ChildProcess it ends with the thread that started it, at the latest. The estimator thread's.
 class HelperProcess {
 public:
+    /// Errors: the errno of socketpair(), or as ChildProcess::start().
     static Result<HelperProcess> start(const std::string &program,
                                        std::vector<std::string> arguments);
-    HelperProcess(HelperProcess &&other) noexcept
-        : pid_(std::exchange(other.pid_, -1)), socket_(std::move(other.socket_)) {}
-    HelperProcess &operator=(HelperProcess &&) = delete;
-    /// Kills it, and waits a second for its end: the kernel may hold it in a driver, and then the
-    /// camera is still in use when it is started again.
-    ~HelperProcess();
 
     int socket() const { return socket_.get(); }
 
@@ -36,9 +30,10 @@ public:
                    std::chrono::steady_clock::time_point deadline) const;
 
 private:
-    HelperProcess(pid_t pid, UniqueFd socket) : pid_(pid), socket_(std::move(socket)) {}
+    HelperProcess(ChildProcess process, UniqueFd socket)
+        : process_(std::move(process)), socket_(std::move(socket)) {}
 
-    pid_t pid_;
+    ChildProcess process_;
     UniqueFd socket_;
 };
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "core/base/printable.hpp"
 #include "drivers/libcamera/helper_process.hpp"
 #include "drivers/libcamera/libcamera.hpp"
 #include "drivers/v4l2/device.hpp"
@@ -33,7 +34,7 @@ Result<std::vector<LibcameraListing>> list_libcamera_cameras(const std::string &
             break;
         }
         if (report.kind == Report::Kind::failed)
-            return Error{report.text.data(), report.code};
+            return Error{printable(report.text.data()), report.code};
         if (report.kind == Report::Kind::done)
             return listings;
         if (report.kind == Report::Kind::camera) {

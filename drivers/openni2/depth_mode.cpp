@@ -6,7 +6,7 @@
 namespace afterglow::openni2 {
 namespace {
 
-/// A rate this much below the wished-for one is still it: 29.97 for 30.
+/// A rate this much below the requested one is still it: 29.97 for 30.
 constexpr double rate_tolerance = 0.98;
 
 bool is_better(const openni::VideoMode &a, const openni::VideoMode &b, double fps) {

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/timestamps/device_clock.hpp"
+#include "core/base/log.hpp"
+#include "core/base/printable.hpp"
 #include "drivers/openni2/depth_mode.hpp"
 #include "drivers/openni2/library.hpp"
 #include "drivers/openni2/openni2.hpp"
+#include "drivers/timestamps/device_clock.hpp"
 
 #include <fmt/format.h>
 
@@ -55,7 +57,7 @@ struct OpenNi2Device::Impl : openni::OpenNI::DeviceDisconnectedListener,
         arrived.depth = DepthMap(options.camera.width, options.camera.height);
     }
 
-    std::string name() const { return options.uri.empty() ? "any" : options.uri; }
+    std::string name() const { return options.uri.empty() ? "any" : printable(options.uri); }
     Error refused(const char *what) const {
         return openni2::library_error(
             fmt::format("the OpenNI2 device '{}' cannot {}", name(), what).c_str());
@@ -266,7 +268,8 @@ void OpenNi2Device::stop() {
         return;
     // A device that keeps its emitter's state is left dark; one that has gone cannot be told.
     if (impl_->emitter_property != 0 && !impl_->gone)
-        static_cast<void>(impl_->set_emitter(false));
+        if (const Status dark = impl_->set_emitter(false); !dark)
+            log(Priority::error, "the illuminator may still be lit: " + dark.error().message);
     impl_->close();
 }
 

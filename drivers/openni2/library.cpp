@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/openni2/library.hpp"
 
+#include "core/base/printable.hpp"
+
 #include <fmt/format.h>
 
 #include <OpenNI.h>
@@ -27,7 +29,7 @@ Error library_error(const char *what) {
             letter = ' ';
     why.erase(0, why.find_first_not_of(' '));
     why.erase(why.find_last_not_of(' ') + 1);
-    return {why.empty() ? what : fmt::format("{}: {}", what, why), ENODEV};
+    return {why.empty() ? what : fmt::format("{}: {}", what, printable(why)), ENODEV};
 }
 
 } // namespace afterglow::openni2

@@ -5,11 +5,11 @@
 
 namespace afterglow::openni2 {
 
-/// Loads OpenNI2's drivers, once. They stay loaded to the end of the process: some of those that
-/// Debian ships crash when they are told to end. Any thread.
+/// Loads OpenNI2's drivers, once. They stay loaded until the process ends, because some of Debian's
+/// crash when they are unloaded. Errors: ENODEV, no driver could be loaded. Any thread.
 Status load_library();
 
-/// "what: why", with the library's own words where it has any.
+/// ENODEV with "what: why"; `why` is the library's extended error, if it has one.
 Error library_error(const char *what);
 
 } // namespace afterglow::openni2

@@ -22,11 +22,11 @@ struct OpenNi2Options {
     bool stream_is_light = false; ///< the stream is started by set_streaming() alone
 };
 
-/// A TOF camera that has a driver for OpenNI2, and its light: several faces of one device.
+/// A TOF camera that has a driver for OpenNI2 and its light; open_...() below give its interfaces.
 ///
-/// Nothing is opened before start(). start(), stop() and read() are the estimator thread's;
-/// set_emitter() and set_streaming() that of a LightSwitch. Neither waits for the other, except
-/// start() and stop() for a switching that is under way.
+/// Nothing is opened before start(). start(), stop() and read() are called by the estimator thread,
+/// set_emitter() and set_streaming() by that of a LightSwitch. They do not wait for each other,
+/// except start() and stop() for a call of the other thread that is under way.
 class OpenNi2Device {
 public:
     explicit OpenNi2Device(OpenNi2Options options);
@@ -43,8 +43,9 @@ public:
     Capture read(DepthFrame &frame, std::chrono::nanoseconds timeout);
     const std::string &problem() const;
 
-    /// The state of the emitter, by a property of `size` bytes: 1, 4 or 8. A device that is not
-    /// open is dark; when it is opened it is darkened at once.
+    /// Switches the emitter through a property of `size` bytes: 1, 4 or 8. A device that is not
+    /// open counts as dark, and is switched off as soon as it is opened. Errors: ENODEV where it is
+    /// to be lit and is not there or refuses.
     Status set_emitter(int property, int size, bool lit);
     Status set_streaming(bool running);
 

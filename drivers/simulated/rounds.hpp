@@ -8,8 +8,8 @@
 
 namespace afterglow {
 
-/// When a recording's frames are due that is played over and over. Rounds begin at whole multiples
-/// of their length on CLOCK_MONOTONIC, so that all who play it show the same frame.
+/// The schedule of a recording that is played in a loop. Each round begins at a whole multiple of
+/// its length on CLOCK_MONOTONIC, so that all processes that play it show the same frame.
 class Rounds {
 public:
     struct Frame {

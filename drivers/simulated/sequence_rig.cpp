@@ -15,7 +15,7 @@ namespace {
     return camera.width == width && camera.height == height;
 }
 
-/// The device behind the three faces.
+/// The device behind the three interfaces.
 class Device {
 public:
     Device(std::unique_ptr<FrameSequence> sequence, const Playback &playback,

@@ -11,7 +11,7 @@
 
 namespace afterglow {
 
-/// Images and their depth maps that exist before anybody captures them: recorded, or computed.
+/// Images and their depth maps, recorded or computed, by index.
 class FrameSequence {
 public:
     virtual ~FrameSequence() = default;
@@ -23,7 +23,7 @@ public:
     virtual Status read_depth(std::uint64_t k, ImageView<std::uint16_t> depth) = 0;
 };
 
-/// The time that a rig lives in.
+/// The clock of a simulated rig; tests use one of their own.
 class Clock {
 public:
     virtual ~Clock() = default;
@@ -51,8 +51,8 @@ struct Playback {
 /// The next whole multiple of `round_ns` after `now_ns`, with time left to get ready for it.
 std::int64_t next_round_ns(std::int64_t now_ns, std::int64_t round_ns);
 
-/// Makes a sequence behave like a camera with a TOF sensor; color, tof and illuminator are faces
-/// of that one device.
+/// Makes a sequence behave like a camera with a TOF sensor; color, tof and illuminator are
+/// interfaces of that one device.
 ///
 /// Color: start() begins at image 0. In real time image k is due as long after start() as it was
 /// taken after image 0, is not given before, and carries that time; where the next is due already

@@ -7,21 +7,21 @@
 
 namespace afterglow {
 
-/// Puts the times of a device's own clock onto CLOCK_MONOTONIC.
+/// Converts the times of a device's own clock to CLOCK_MONOTONIC.
 ///
 ///     arrival = device time + offset + drift * device time + transfer,   transfer >= least
 ///
-/// A frame may arrive late, never early: so offset and drift are those of the lower envelope of
-/// arrival - device time. Of every ten seconds the frame that came soonest is kept, and the line is
-/// drawn below the last eight of them. What remains unknown is the least transfer time: a frame
-/// seems to have been taken when the swiftest one would have arrived.
+/// A frame may arrive late, never early; so offset and drift are fitted to the lower envelope of
+/// arrival - device time: of every ten seconds the frame with the least delay is kept, and the line
+/// runs below the last eight of these. The least transfer time stays unknown: the result is the
+/// time at which a frame with the least delay would have arrived.
 ///
-/// A device clock that jumps, or begins anew, is followed from there. Allocates nothing.
+/// When the device clock jumps or restarts, the fit restarts. Real-time safe.
 class DeviceClock {
 public:
     /// `arrival_ns`: CLOCK_MONOTONIC as the frame came, not earlier than the one before.
     std::int64_t to_monotonic(std::int64_t device_ns, std::int64_t arrival_ns);
-    /// By how much the device's clock is slow, parts per million; 0 while that is not known.
+    /// How much slower the device's clock runs than the host's, parts per million; 0 while unknown.
     double drift_ppm() const { return slope_ * 1e6; }
 
 private:

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/timestamps/v4l2_time.hpp"
 
+#include "drivers/timestamps/frame_stamp.hpp"
+
 #include <linux/videodev2.h>
 
 #include <algorithm>
@@ -8,8 +10,6 @@
 namespace afterglow::v4l2 {
 namespace {
 
-/// How old a frame can be when it is dequeued: a full queue of a slow reader, and then some.
-constexpr std::int64_t oldest_ns = 2'000'000'000;
 /// Drivers that compute the stamp of a frame's end may put it into the future, but not further.
 constexpr std::int64_t furthest_ahead_ns = 50'000'000;
 
@@ -28,15 +28,14 @@ std::uint64_t FrameCount::next(std::uint32_t number) {
 std::int64_t FrameClock::capture_time(const v4l2_buffer &buffer, std::int64_t now_ns) {
     const auto stamp_ns = static_cast<std::int64_t>(buffer.timestamp.tv_sec) * 1'000'000'000 +
                           static_cast<std::int64_t>(buffer.timestamp.tv_usec) * 1'000;
-    const std::int64_t ahead_ns = std::max(furthest_ahead_ns, period_ns_);
-    if ((buffer.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) != V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC ||
-        stamp_ns < now_ns - oldest_ns || stamp_ns > now_ns + ahead_ns)
-        stamps_believed_ = false;
-    if (!stamps_believed_)
-        return now_ns - period_ns_;
-    const bool begin =
+    const bool is_begin =
         (buffer.flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) == V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
-    return begin ? stamp_ns : stamp_ns - period_ns_;
+    const bool is_monotonic =
+        (buffer.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
+    const auto begin_ns = exposure_begin({stamp_ns, is_begin, now_ns}, period_ns_,
+                                         std::max(furthest_ahead_ns, period_ns_));
+    stamps_believed_ = stamps_believed_ && is_monotonic && begin_ns;
+    return stamps_believed_ ? *begin_ns : now_ns - period_ns_;
 }
 
 } // namespace afterglow::v4l2

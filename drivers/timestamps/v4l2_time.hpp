@@ -7,8 +7,8 @@ struct v4l2_buffer;
 
 namespace afterglow::v4l2 {
 
-/// Makes a driver's 32-bit frame numbers, which start anywhere and wrap, a count from 0. A number
-/// that does not rise (some drivers give always 0) counts as the next.
+/// Turns a driver's 32-bit frame numbers, which start anywhere and wrap, into a count from 0. A
+/// number that does not rise (some drivers always give 0) counts as the next one.
 class FrameCount {
 public:
     std::uint64_t next(std::uint32_t number);
@@ -19,9 +19,9 @@ private:
     std::uint64_t count_ = 0;
 };
 
-/// When a stream's frames were exposed, in CLOCK_MONOTONIC: the driver's stamp where it is one, of
-/// a frame's end set back by a frame period. A stamp on another clock, or one that cannot be true,
-/// ends the belief in the stamps of this stream; from then on arrival stands for the frame's end.
+/// When the exposures of a stream's frames began, CLOCK_MONOTONIC, from the driver's stamps
+/// (exposure_begin()). From the first stamp of another clock, or one that is impossible, on, the
+/// stamps of this stream are ignored, and a frame's end is taken to be its arrival.
 class FrameClock {
 public:
     explicit FrameClock(std::int64_t period_ns = 0) : period_ns_(period_ns) {}

@@ -29,7 +29,7 @@ public:
     /// Takes the oldest filled buffer out of the queue. Of several planes `bytesused` is the
     /// first's. False, and errno, where there is none.
     bool dequeue(v4l2_buffer &buffer);
-    /// Puts it in again. False, and errno, on failure.
+    /// Queues the buffer again. False, and errno, on failure.
     bool queue(std::uint32_t index);
     /// What the driver wrote into the (first plane of the) buffer.
     std::span<const std::uint8_t> bytes(const v4l2_buffer &buffer) const;

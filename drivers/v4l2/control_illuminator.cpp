@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "core/base/printable.hpp"
 #include "core/base/unique_fd.hpp"
+#include "drivers/illuminator/illuminators.hpp"
 #include "drivers/v4l2/device.hpp"
 #include "drivers/v4l2/v4l2.hpp"
 
@@ -37,20 +39,22 @@ Result<v4l2_query_ext_ctrl> find_control(SystemCalls &calls, int fd, const std::
             continue;
         }
         if ((control.flags & (V4L2_CTRL_FLAG_DISABLED | V4L2_CTRL_FLAG_READ_ONLY)) != 0)
-            return Error{fmt::format("the control '{}' of '{}' cannot be set", name, device),
+            return Error{fmt::format("the control '{}' of '{}' cannot be set", printable(name),
+                                     printable(device)),
                          EACCES};
         return control;
     }
     if (errno != EINVAL)
         return v4l2::device_error(device, "list its controls", errno);
-    return Error{fmt::format("'{}' has no control '{}'", device, name), EINVAL};
+    return Error{fmt::format("'{}' has no control '{}'", printable(device), printable(name)),
+                 EINVAL};
 }
 
-bool is_absence(int code) {
+bool is_absent(int code) {
     return code == ENOENT || code == ENODEV || code == ENXIO;
 }
 
-/// One of the two things the light is told.
+/// A value for a control of the device.
 struct Setting {
     std::uint32_t id = 0;
     std::int64_t value = 0;
@@ -64,8 +68,9 @@ Result<Setting> find_setting(SystemCalls &calls, int fd, const std::string &devi
         return control.error();
     const bool is_button = control->type == V4L2_CTRL_TYPE_BUTTON; // takes any value
     if (!is_button && (value < control->minimum || value > control->maximum))
-        return Error{fmt::format("the control '{}' of '{}' goes from {} to {}, not to {}", name,
-                                 device, control->minimum, control->maximum, value),
+        return Error{fmt::format("the control '{}' of '{}' goes from {} to {}, not to {}",
+                                 printable(name), printable(device), control->minimum,
+                                 control->maximum, value),
                      ERANGE};
     return Setting{control->id, value, control->type == V4L2_CTRL_TYPE_INTEGER64};
 }
@@ -75,7 +80,7 @@ public:
     ControlIlluminator(const V4l2ControlOptions &options, SystemCalls &calls)
         : options_(options), calls_(calls) {}
 
-    ~ControlIlluminator() override { static_cast<void>(set(false)); }
+    ~ControlIlluminator() override { leave_dark(*this); }
 
     Status set(bool lit) override {
         if (Status connected = connect(); !connected)
@@ -145,7 +150,7 @@ Result<std::unique_ptr<Illuminator>> open_v4l2_control(const V4l2ControlOptions 
         return Error{"a V4L2 light needs a device and a control", 0};
     auto illuminator = std::make_unique<ControlIlluminator>(options, calls);
     const Status dark = illuminator->set(false);
-    if (!dark && !is_absence(dark.error().code))
+    if (!dark && !is_absent(dark.error().code))
         return dark.error();
     return std::unique_ptr<Illuminator>(std::move(illuminator));
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/v4l2/device.hpp"
 
+#include "core/base/printable.hpp"
+
 #include <fmt/format.h>
 #include <linux/videodev2.h>
 
@@ -86,7 +88,8 @@ Result<UniqueFd> open_device(SystemCalls &calls, const std::string &name) {
     return device_error(name, "find it", ENOENT);
 }
 
-Error device_error(const std::string &name, std::string_view doing, int code) {
+Error device_error(const std::string &device, std::string_view doing, int code) {
+    const std::string name = printable(device);
     switch (code) {
     case ENOENT:
     case ENODEV:
@@ -94,6 +97,10 @@ Error device_error(const std::string &name, std::string_view doing, int code) {
         return {fmt::format("the camera '{}' is not there", name), code};
     case EBUSY:
         return {fmt::format("the camera '{}' is in use by another program", name), code};
+    case EACCES:
+    case EPERM:
+        return {fmt::format("the camera '{}' may not be used by this user (group video)", name),
+                code};
     case ENOTTY:
         return {fmt::format("'{}' is no V4L2 device that could {}", name, doing), code};
     default:

@@ -18,7 +18,7 @@ struct V4l2Mode {
     bool is_depth = false;
 };
 
-/// A control by which a light might be gated: its name says so.
+/// A control that may switch a light, judged by its name.
 struct V4l2LightControl {
     std::string name;
     std::int64_t minimum = 0;

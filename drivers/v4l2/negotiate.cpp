@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/v4l2/negotiate.hpp"
 
+#include "core/base/printable.hpp"
 #include "drivers/v4l2/device.hpp"
 
 #include <fmt/format.h>
@@ -15,7 +16,7 @@
 namespace afterglow::v4l2 {
 namespace {
 
-/// A rate this much below the wished-for one is still it: 29.97 for 30.
+/// A rate this much below the requested one is still it: 29.97 for 30.
 constexpr double rate_tolerance = 0.98;
 
 double rate_of(const v4l2_fract &period) {
@@ -26,7 +27,7 @@ bool is_step(std::uint32_t value, std::uint32_t least, std::uint32_t most, std::
     return value >= least && value <= most && (value - least) % std::max(step, 1U) == 0;
 }
 
-/// Whether frames of the wished-for size exist in this format. A driver that cannot list its
+/// Whether frames of the requested size exist in this format. A driver that cannot list its
 /// sizes is asked for one when the format is set.
 bool has_size(SystemCalls &calls, int fd, std::uint32_t fourcc, const FormatRequest &request) {
     const auto w = static_cast<std::uint32_t>(request.width);
@@ -69,8 +70,9 @@ Error no_format(const std::vector<std::uint32_t> &offered, const FormatRequest &
     std::string names;
     for (const std::uint32_t fourcc : offered)
         names += (names.empty() ? "" : ", ") + to_string(fourcc);
-    return {fmt::format("the camera '{}' has no usable format of {}x{} (it offers {})", request.device,
-                        request.width, request.height, names.empty() ? "none" : names),
+    return {fmt::format("the camera '{}' has no usable format of {}x{} (it offers {})",
+                        printable(request.device), request.width, request.height,
+                        names.empty() ? "none" : names),
             EINVAL};
 }
 
@@ -91,11 +93,13 @@ Result<FrameLayout> set_format(SystemCalls &calls, int fd, std::uint32_t type, s
     if (got.pixelformat != fourcc || got.width != static_cast<std::uint32_t>(request.width) ||
         got.height != static_cast<std::uint32_t>(request.height))
         return Error{fmt::format("the camera '{}' gives {} of {}x{} instead of {} of {}x{}",
-                                 request.device, to_string(got.pixelformat), got.width, got.height,
-                                 to_string(fourcc), request.width, request.height),
+                                 printable(request.device), to_string(got.pixelformat), got.width,
+                                 got.height, to_string(fourcc), request.width, request.height),
                      EINVAL};
     if (got.field != V4L2_FIELD_NONE && got.field != V4L2_FIELD_ANY)
-        return Error{fmt::format("the camera '{}' gives interlaced images", request.device), EINVAL};
+        return Error{
+            fmt::format("the camera '{}' gives interlaced images", printable(request.device)),
+            EINVAL};
 
     FrameLayout layout;
     layout.buffer_type = type;

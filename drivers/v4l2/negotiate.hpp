@@ -12,16 +12,16 @@
 
 namespace afterglow::v4l2 {
 
-/// What is wanted of a camera.
+/// The requested device, size, rate and formats.
 struct FormatRequest {
     std::string device;
     int width = 0;
     int height = 0;
     double fps = 0;
-    std::span<const std::uint32_t> formats; ///< FourCCs; of equals the first is taken
+    std::span<const std::uint32_t> formats; ///< FourCCs; the first of equal rate is used
 };
 
-/// How a device's frames lie in memory, and how often they come.
+/// The memory layout of a device's frames, and their rate.
 struct FrameLayout {
     std::uint32_t buffer_type = 0; ///< V4L2_BUF_TYPE_VIDEO_CAPTURE, or its _MPLANE
     std::uint32_t fourcc = 0;
@@ -32,19 +32,20 @@ struct FrameLayout {
     std::int64_t period_ns = 0;
 };
 
-/// How an open device captures: V4L2_BUF_TYPE_VIDEO_CAPTURE, or its _MPLANE. Errors: it does not.
+/// The buffer type of an open device: V4L2_BUF_TYPE_VIDEO_CAPTURE, or its _MPLANE. Errors: ENODEV,
+/// it does not capture.
 Result<std::uint32_t> capture_type(SystemCalls &calls, int fd, const std::string &device);
 /// The FourCCs that it lists.
 std::vector<std::uint32_t> formats_of(SystemCalls &calls, int fd, std::uint32_t type);
-/// The best rate up to the wished-for one; that itself where the driver cannot list its rates.
+/// The highest rate up to the requested one; the requested one where the driver lists none.
 double best_rate(SystemCalls &calls, int fd, std::uint32_t fourcc, const FormatRequest &request);
 
 /// Sets format, size and rate of an open device that nobody streams from: the first of the
-/// wished-for formats that the device has at this size and rate; where none is so fast, the
+/// requested formats that the device has at this size and rate; where none is so fast, the
 /// fastest. Errors: it does not capture, has no such format or size, or is in use.
 Result<FrameLayout> negotiate(SystemCalls &calls, int fd, const FormatRequest &request);
 
-/// Keeps a camera from lengthening its frames when it is dark, where it has a control for that.
+/// Forbids the camera to lower its frame rate in the dark, if it has a control for that.
 void forbid_slow_exposure(SystemCalls &calls, int fd);
 
 } // namespace afterglow::v4l2

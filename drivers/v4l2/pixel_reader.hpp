@@ -11,8 +11,9 @@
 
 namespace afterglow::v4l2 {
 
-/// Reads the pixels out of a frame's bytes. Returns what is wrong with them, "" where all is well:
-/// too few bytes, or no picture in them. Allocates nothing but in a library that decompresses.
+/// Converts a frame's bytes to pixels. Returns why that failed (too few bytes, no valid picture),
+/// or
+/// "". Allocates nothing, except in a library that decompresses.
 template <class Pixel>
 using PixelReader =
     std::function<std::string_view(std::span<const std::uint8_t> bytes, ImageView<Pixel> pixels)>;
@@ -24,7 +25,7 @@ std::span<const std::uint32_t> luma_formats();
 /// `layout.fourcc` is one of them; `fd` is the device's.
 LumaReader make_luma_reader(const FrameLayout &layout, int fd);
 
-/// What the numbers of a depth format mean.
+/// The unit and the invalid value of a depth format.
 struct DepthScale {
     double mm_per_unit = 1;
     int invalid = 0;

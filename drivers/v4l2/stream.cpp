@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/v4l2/stream.hpp"
 
+#include "core/base/printable.hpp"
 #include "drivers/v4l2/device.hpp"
 
 #include <fmt/format.h>
@@ -107,20 +108,22 @@ void Stream::release() {
 }
 
 Capture Stream::damaged(std::string_view why) {
-    problem_ = fmt::format("an image of the camera '{}' is dropped: {}", request_.device, why);
+    problem_ =
+        fmt::format("an image of the camera '{}' is dropped: {}", printable(request_.device), why);
     return Capture::damaged;
 }
 
 Capture Stream::lost(int code) {
     switch (code) {
     case ENODEV:
-        problem_ = fmt::format("the camera '{}' was unplugged", request_.device);
+        problem_ = fmt::format("the camera '{}' was unplugged", printable(request_.device));
         break;
     case ETIMEDOUT:
-        problem_ = fmt::format("the camera '{}' gives no images", request_.device);
+        problem_ = fmt::format("the camera '{}' gives no images", printable(request_.device));
         break;
     default:
-        problem_ = fmt::format("the camera '{}' stopped: {}", request_.device, std::strerror(code));
+        problem_ = fmt::format("the camera '{}' stopped: {}", printable(request_.device),
+                               std::strerror(code));
         break;
     }
     return Capture::lost;

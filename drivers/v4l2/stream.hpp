@@ -3,10 +3,10 @@
 
 #include "core/base/result.hpp"
 #include "core/base/unique_fd.hpp"
-#include "drivers/timeouts.hpp"
 #include "drivers/source.hpp"
-#include "drivers/v4l2/buffer_queue.hpp"
+#include "drivers/timeouts.hpp"
 #include "drivers/timestamps/v4l2_time.hpp"
+#include "drivers/v4l2/buffer_queue.hpp"
 #include "drivers/v4l2/negotiate.hpp"
 #include "drivers/v4l2/system_calls.hpp"
 
@@ -27,36 +27,37 @@ struct RawFrame {
     std::uint64_t sequence = 0;
 };
 
-/// What becomes of frames that came while nobody waited for one.
+/// What happens to frames that arrived between two calls of next().
 enum class Backlog {
-    newest,  ///< all but the last are passed over
-    in_order ///< each is given, oldest first
+    newest,  ///< all but the newest are skipped
+    in_order ///< each is returned, oldest first
 };
 
 /// Streams a camera's frames.
 ///
 ///   stopped ─start()─▶ streaming ─device gone, errors, silence─▶ Capture::lost ─start()─▶ ...
 ///
-/// The first frame after each start is passed over: it may be one from before, with a new time
-/// (v4l2loopback), or half exposed. One thread at a time, the estimator's. next() allocates nothing
-/// but to describe a problem.
+/// The first frame after each start is skipped: it may be an old one with a new time stamp
+/// (v4l2loopback), or half exposed. Called by the estimator thread. next() allocates only to
+/// describe a problem.
 class Stream {
 public:
     /// `request.formats` must outlive the stream.
     Stream(SystemCalls &calls, FormatRequest request, Backlog backlog, const Timeouts &timeouts)
         : calls_(calls), request_(std::move(request)), backlog_(backlog), timeouts_(timeouts) {}
 
-    /// Finds and opens the device, wherever it is by now, and begins to stream.
+    /// Finds the device by its name, opens it and starts to stream.
     Result<FrameLayout> start();
-    /// Gives the device back. Nothing happens if it is stopped.
+    /// Stops to stream and closes the device; does nothing if it is stopped.
     void stop();
 
-    /// Waits for a frame. Its bytes stay until release(), which must follow each Capture::frame.
+    /// Waits for a frame. Its bytes stay valid until release(), which must follow each
+    /// Capture::frame.
     Capture next(RawFrame &frame, std::chrono::nanoseconds timeout);
     /// Gives the frame's memory back to the driver.
     void release();
 
-    /// Reports a frame that is of no use.
+    /// Records why a frame is unusable, and returns Capture::damaged.
     Capture damaged(std::string_view why);
     const std::string &problem() const { return problem_; }
     int fd() const { return fd_.get(); }

@@ -8,8 +8,8 @@
 
 namespace afterglow {
 
-/// What the V4L2 drivers ask of the operating system: the calls whose answers depend on a camera.
-/// Unit tests answer them with a camera of their own. Any thread.
+/// The system calls of the V4L2 drivers whose results depend on a camera. Unit tests replace them
+/// by a fake camera. Any thread.
 class SystemCalls {
 public:
     virtual ~SystemCalls() = default;

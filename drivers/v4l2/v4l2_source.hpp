@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "core/base/printable.hpp"
 #include "drivers/source.hpp"
 #include "drivers/v4l2/device.hpp"
 #include "drivers/v4l2/pixel_reader.hpp"
@@ -90,18 +91,19 @@ Result<std::vector<std::uint32_t>> formats_wanted(const Options &options,
         return Error{"no camera is named", 0};
     const Intrinsics &camera = options.camera;
     if (camera.width < 1 || camera.height < 1 || !(camera.fx > 0) || !(camera.fy > 0))
-        return Error{
-            fmt::format("the size and focal lengths of '{}' must be more than 0", options.device),
-            0};
+        return Error{fmt::format("the size and focal lengths of '{}' must be more than 0",
+                                 printable(options.device)),
+                     0};
     if (!(options.fps > 0 && options.fps <= 1000))
-        return Error{fmt::format("{} frames a second are not possible", options.fps), 0};
+        return Error{fmt::format("{:g} frames a second are not possible", options.fps), 0};
     if (options.format.empty())
         return std::vector<std::uint32_t>(known.begin(), known.end());
     for (const std::uint32_t fourcc : known) {
         if (fourcc == fourcc_from_string(options.format))
             return std::vector<std::uint32_t>{fourcc};
     }
-    return Error{fmt::format("the format '{}' is not one that can be read", options.format), 0};
+    return Error{
+        fmt::format("the format '{}' is not one that can be read", printable(options.format)), 0};
 }
 
 } // namespace afterglow::v4l2

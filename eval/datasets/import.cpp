@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 
 #include <cerrno>
-#include <cstdlib>
 #include <filesystem>
 #include <optional>
 #include <utility>
@@ -78,28 +77,17 @@ Result<ReplayFolder> ReplayFolder::prepare(const std::string &source,
         folder.summary_.layout = dataset->layout;
         return folder;
     }
-    std::error_code problem;
-    std::string name = (fs::temp_directory_path(problem) / "afterglow-import-XXXXXX").string();
-    if (problem || ::mkdtemp(name.data()) == nullptr)
-        return Error{fmt::format("{}: cannot be made", name), problem ? problem.value() : errno};
-    folder.temporary_ = name;
+    Result<TemporaryDirectory> directory = TemporaryDirectory::create("afterglow-import-");
+    if (!directory)
+        return directory.error();
     // The recording is named after the dataset, as reports show it.
-    folder.path_ = name + "/" + folder_name(source);
+    folder.path_ = directory->path() + "/" + folder_name(source);
+    folder.temporary_.emplace(*std::move(directory));
     Result<ImportSummary> summary = write(*dataset, source, folder.path_, options);
     if (!summary)
         return summary.error();
     folder.summary_ = *std::move(summary);
     return folder;
-}
-
-ReplayFolder::ReplayFolder(ReplayFolder &&other) noexcept
-    : path_(std::move(other.path_)), temporary_(std::exchange(other.temporary_, {})),
-      summary_(std::move(other.summary_)) {}
-
-ReplayFolder::~ReplayFolder() {
-    std::error_code ignored;
-    if (!temporary_.empty())
-        fs::remove_all(temporary_, ignored);
 }
 
 } // namespace afterglow

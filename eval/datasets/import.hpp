@@ -2,9 +2,11 @@
 #pragma once
 
 #include "core/base/result.hpp"
+#include "core/base/temporary_directory.hpp"
 
 #include <cstddef>
 #include <functional>
+#include <optional>
 #include <string>
 
 namespace afterglow {
@@ -39,9 +41,6 @@ class ReplayFolder {
 public:
     static Result<ReplayFolder> prepare(const std::string &source,
                                         const ImportOptions &options = {});
-    ~ReplayFolder();
-    ReplayFolder(ReplayFolder &&other) noexcept;
-    ReplayFolder &operator=(ReplayFolder &&) = delete;
 
     const std::string &path() const { return path_; }
     /// Of the import; a recording that is used where it is has only its layout here.
@@ -51,7 +50,7 @@ private:
     ReplayFolder() = default;
 
     std::string path_;
-    std::string temporary_; ///< removed in the end, unless empty
+    std::optional<TemporaryDirectory> temporary_; ///< where an imported recording lies
     ImportSummary summary_;
 };
 

@@ -1,11 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "eval/live/live_session.hpp"
 
+#include "core/base/temporary_directory.hpp"
+#include "core/base/unique_fd.hpp"
+
 #include <fmt/format.h>
 
 #include <cerrno>
-#include <cstdlib>
+#include <csignal>
 #include <cstring>
+#include <fcntl.h>
 #include <filesystem>
 #include <fstream>
 #include <unistd.h>
@@ -36,25 +40,8 @@ Status write_file(const std::string &path, const std::string &text) {
 
 } // namespace
 
-Result<TemporaryFolder> TemporaryFolder::create() {
-    std::error_code problem;
-    std::string path = std::filesystem::temp_directory_path(problem) / "afterglow-XXXXXX";
-    if (problem)
-        return Error{fmt::format("no place for temporary files: {}", problem.message()),
-                     problem.value()};
-    if (::mkdtemp(path.data()) == nullptr)
-        return Error{fmt::format("{}: {}", path, std::strerror(errno)), errno};
-    return TemporaryFolder(path);
-}
-
-TemporaryFolder::~TemporaryFolder() {
-    std::error_code ignored; // nothing can be done about it here
-    if (!path_.empty())
-        std::filesystem::remove_all(path_, ignored);
-}
-
 Result<LiveSession> LiveSession::start(const std::string &config) {
-    auto folder = TemporaryFolder::create();
+    auto folder = TemporaryDirectory::create("afterglow-live-");
     if (!folder)
         return folder.error();
     const std::string socket = folder->path() + "/bus";
@@ -65,11 +52,14 @@ Result<LiveSession> LiveSession::start(const std::string &config) {
     if (Status written = write_file(config_file, config); !written)
         return written.error();
 
+    const UniqueFd null(::open("/dev/null", O_WRONLY | O_CLOEXEC));
     auto bus = ChildProcess::start(
-        {"dbus-daemon", "--config-file=" + bus_file, "--nofork", "--nopidfile", "--nosyslog"},
-        folder->path() + "/bus.log"); // it warns of limits of its own
+        {.command = {"dbus-daemon", "--config-file=" + bus_file, "--nofork", "--nopidfile",
+                     "--nosyslog"},
+         .descriptors = {{null.get(), STDERR_FILENO}}, // it warns of limits of its own
+         .end_signal = SIGTERM});
     if (!bus)
-        return bus.error();
+        return Error{bus.error().message + " (Debian package dbus-daemon)", bus.error().code};
     for (int i = 0; i < start_attempts && !std::filesystem::exists(socket); ++i) {
         if (!bus->running())
             return Error{"dbus-daemon does not start (Debian package dbus-daemon)"};
@@ -78,8 +68,9 @@ Result<LiveSession> LiveSession::start(const std::string &config) {
 
     const auto beside = std::filesystem::read_symlink("/proc/self/exe").parent_path();
     const std::string address = "unix:path=" + socket;
-    auto daemon =
-        ChildProcess::start({beside / "afterglowd", "--config", config_file, "--bus", address});
+    auto daemon = ChildProcess::start(
+        {.command = {beside / "afterglowd", "--config", config_file, "--bus", address},
+         .end_signal = SIGTERM});
     if (!daemon)
         return daemon.error();
     afterglow_stream *stream = nullptr;
@@ -99,11 +90,12 @@ Result<LiveSession> LiveSession::start(const std::string &config) {
 }
 
 Status LiveSession::end() {
-    const std::optional<int> code = daemon_.wait();
+    const std::optional<int> code = daemon_.wait(std::chrono::seconds(3));
     if (!code)
         return Error{"afterglowd has closed the stream"};
     if (*code != 0)
-        return Error{fmt::format("afterglowd ended with status {}", *code)};
+        return Error{*code > 0 ? fmt::format("afterglowd ended with status {}", *code)
+                               : fmt::format("afterglowd was killed by signal {}", -*code)};
     return ok();
 }
 

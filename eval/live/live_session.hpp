@@ -2,30 +2,13 @@
 #pragma once
 
 #include "afterglow/afterglow.h"
+#include "core/base/child_process.hpp"
 #include "core/base/result.hpp"
-#include "eval/live/child_process.hpp"
 
 #include <memory>
 #include <string>
 
 namespace afterglow {
-
-/// An empty folder that goes with this object, and all that is in it.
-class TemporaryFolder {
-public:
-    static Result<TemporaryFolder> create();
-    TemporaryFolder(TemporaryFolder &&other) noexcept : path_(std::move(other.path_)) {
-        other.path_.clear();
-    }
-    TemporaryFolder &operator=(TemporaryFolder &&) = delete;
-    ~TemporaryFolder();
-
-    const std::string &path() const { return path_; }
-
-private:
-    explicit TemporaryFolder(std::string path) : path_(std::move(path)) {}
-    std::string path_;
-};
 
 /// A daemon with a bus of its own, and a stream from it: everything a user of afterglow has, on a
 /// machine where nothing is installed.

@@ -9,7 +9,7 @@
 
 namespace afterglow {
 
-/// What came of looking for a frame in its slot.
+/// The result of reading a frame from its slot.
 enum class Copied { whole, overwritten, incomplete, damaged };
 
 /// A ring mapped for reading, whose header has been checked and copied: what the writer does to

@@ -270,6 +270,8 @@ const char *afterglow_strerror(int error) {
         return "the library was called with an invalid argument";
     case -EMSGSIZE:
         return "a buffer is too small for its plane";
+    case -ENOMEDIUM:
+        return "this user has no session bus";
     case -ENOBUFS:
         return "the daemon has too many streams open to open another one";
     case -ENOENT:

@@ -72,14 +72,14 @@ Played play(const TemporaryFolder &folder, const std::string &mode) {
                                     mode + "\"\n")});
     Played played;
     afterglow_stream *stream = nullptr;
-    while (daemon.runs() && afterglow_open(bus.address().c_str(), &stream) != 0)
-        ::usleep(10'000);
+    REQUIRE(wait_until(
+        [&] { return !daemon.runs() || afterglow_open(bus.address().c_str(), &stream) == 0; }));
     INFO(daemon.errors());
     REQUIRE(stream);
-    while (daemon.runs() && played.statistics.find("stopped\n") == std::string::npos) {
+    REQUIRE(wait_until([&] {
         played.statistics = run({"afterglowctl", "--bus", bus.address(), "stats"}).output;
-        ::usleep(10'000);
-    }
+        return !daemon.runs() || played.statistics.find("stopped\n") != std::string::npos;
+    }));
     // The last eight frames still lie in the ring.
     std::vector<std::uint16_t> depth(afterglow_plane_bytes(stream, AFTERGLOW_PLANE_DEPTH) / 2);
     const afterglow_buffer want = {AFTERGLOW_PLANE_DEPTH, depth.data(), 2 * depth.size()};

@@ -1,10 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "afterglow/afterglow.h"
+#include "core/base/unique_fd.hpp"
+#include "drivers/files/image_file.hpp"
 #include "tests/catch.hpp"
 #include "tests/served.hpp"
 
+#include <sys/prctl.h>
+#include <sys/wait.h>
+
 #include <cstdint>
+#include <filesystem>
 #include <functional>
+#include <regex>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -59,9 +67,13 @@ pid_t in_child(const std::function<int()> &work) {
     return process;
 }
 
+/// Its exit status, or the negative number of the signal that killed it.
 int end_of(pid_t process) {
     int status = -1;
-    ::waitpid(process, &status, 0);
+    if (!wait_until([&] { return ::waitpid(process, &status, WNOHANG) == process; })) {
+        ::kill(process, SIGKILL);
+        FAIL("a reading process does not end");
+    }
     return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
 }
 
@@ -133,13 +145,35 @@ TEST_CASE("afterglowctl shows the daemon's status, its frames and a snapshot") {
     CHECK(served.ctl({"mode", "always-on"}).code == 0);
     const Ended monitor = served.ctl({"monitor", "--frames", "5"});
     CHECK(monitor.code == 0);
-    CHECK(monitor.output.find("  measured   lit ") != std::string::npos);
+    CHECK(monitor.output.find(" measured lit ") != std::string::npos);
+    std::istringstream lines(monitor.output);
+    for (std::string line; std::getline(lines, line);) {
+        CHECK(line.size() <= 40);
+        CHECK(line.find('\x1b') == std::string::npos);
+    }
 
     const std::string picture = served.folder.path() + "/shot.png";
     const Ended snapshot = served.ctl({"snapshot", picture});
     CHECK(snapshot.code == 0);
     CHECK(snapshot.output.find(picture) == 0);
-    CHECK(std::filesystem::file_size(picture) > 1000);
+    const afterglow::Result<afterglow::Luma> drawn = afterglow::read_luma(picture);
+    REQUIRE(drawn);
+    CHECK(drawn->width() > 2 * 160); // the image, its depth and a scale
+    CHECK(drawn->height() == 120);
+
+    const std::string map = served.folder.path() + "/shot.pgm";
+    CHECK(served.ctl({"snapshot", map}).code == 0);
+    const std::string header = "P5\n160 120\n65535\n";
+    CHECK(served.folder.read("shot.pgm").substr(0, header.size()) == header);
+    CHECK(std::filesystem::file_size(map) == header.size() + 2 * 160 * 120);
+
+    const Ended piped = served.ctl({"snapshot", "-"});
+    CHECK(piped.code == 0);
+    CHECK(piped.output.substr(1, 3) == "PNG");
+    CHECK(piped.errors.find("-: frame ") == 0);
+    const Ended unknown = served.ctl({"snapshot", served.folder.path() + "/shot.jpg"});
+    CHECK(unknown.code == 1);
+    CHECK(unknown.errors.find("shot.jpg: the extension says what is written") != std::string::npos);
     const Ended nowhere = served.ctl({"snapshot", served.folder.path() + "/none/shot.png"});
     CHECK(nowhere.code == 1);
     CHECK(nowhere.errors.find("/none/shot.png") != std::string::npos);
@@ -148,6 +182,22 @@ TEST_CASE("afterglowctl shows the daemon's status, its frames and a snapshot") {
     CHECK(json.code == 0);
     CHECK(json.output.find("\"duty_cycle\": ") != std::string::npos);
     CHECK(json.output.find("\"mode\": \"always-on\"") != std::string::npos);
+    const std::string stats = served.ctl({"stats"}).output;
+    CHECK(std::regex_search(stats, std::regex("DutyCycle +[0-9.]+ %\n")));
+    CHECK(std::regex_search(stats, std::regex("EstimatedPower +[0-9.]+ W\n")));
+    CHECK(std::regex_search(stats, std::regex("LatencyP99 +[0-9]+ ns\n")));
+    CHECK(std::regex_search(stats, std::regex("OpenStreams +[0-9]+\n")));
+
+    const afterglow::UniqueFd full(::open("/dev/full", O_WRONLY | O_CLOEXEC));
+    for (const char *command : {"stats", "status", "monitor"}) {
+        std::vector<std::string> words = {"afterglowctl", "--bus", served.bus.address(), command};
+        if (words.back() == "monitor")
+            words.insert(words.end(), {"--frames", "1"});
+        const Ended lost = run(words, {{full.get(), STDOUT_FILENO}});
+        INFO(command);
+        CHECK(lost.code == 1);
+        CHECK(lost.errors.find("No space left on device") != std::string::npos);
+    }
 }
 
 TEST_CASE("afterglowctl names what is missing when it cannot reach the daemon") {
@@ -160,7 +210,13 @@ TEST_CASE("afterglowctl names what is missing when it cannot reach the daemon") 
     CHECK(no_bus.errors.find("cannot connect to the bus at unix:path=/nonexistent") !=
           std::string::npos);
     CHECK(run({"afterglowctl"}).code == 2);
-    CHECK(run({"afterglowctl", "dance"}).code == 2);
+    const Ended misspelt = run({"afterglowctl", "stauts", "--json"});
+    CHECK(misspelt.code == 2);
+    CHECK(misspelt.errors ==
+          "afterglowctl: there is no command \"stauts\", did you mean \"status\"?\n");
+    const Ended strange = run({"afterglowctl", "\x1b[31m"});
+    CHECK(strange.code == 2);
+    CHECK(strange.errors == "afterglowctl: there is no command \"\\x1b[31m\"; --help lists them\n");
 }
 
 TEST_CASE("a second afterglowd on the same bus exits and names the first") {

@@ -11,10 +11,10 @@ namespace fs = std::filesystem;
 namespace {
 
 /// Where programs started from here put their temporary files.
-class TemporaryPlace {
+class TemporaryFilesHere {
 public:
-    TemporaryPlace() { ::setenv("TMPDIR", folder_.path().c_str(), 1); }
-    ~TemporaryPlace() { ::unsetenv("TMPDIR"); }
+    TemporaryFilesHere() { ::setenv("TMPDIR", folder_.path().c_str(), 1); }
+    ~TemporaryFilesHere() { ::unsetenv("TMPDIR"); }
 
     /// Whether a session's folder lies there; tests have others.
     bool has_session() const {
@@ -43,8 +43,8 @@ pid_t daemon_of(const Program &live) {
 
 /// Returns when the session has begun to read, with its daemon.
 pid_t wait_until_it_reads(Program &live) {
-    while (live.runs() && live.errors().find("running") == std::string::npos)
-        ::usleep(10'000);
+    REQUIRE(wait_until(
+        [&] { return !live.runs() || live.errors().find("running") != std::string::npos; }));
     INFO(live.errors());
     REQUIRE(live.runs());
     return daemon_of(live);
@@ -57,31 +57,30 @@ std::vector<std::string> endless_session(const std::string &picture) {
 } // namespace
 
 TEST_CASE("afterglow-eval live fails without a summary when its daemon dies", "[eval]") {
-    const TemporaryPlace place;
+    const TemporaryFilesHere place;
     const TemporaryFolder folder;
     Program live(endless_session(folder.path() + "/picture.png"));
     const pid_t daemon = wait_until_it_reads(live);
     REQUIRE(daemon > 0);
     ::kill(daemon, SIGKILL);
     CHECK(live.wait() == 1);
-    CHECK(live.errors().find("afterglow-eval: afterglowd ended with status 137") !=
+    CHECK(live.errors().find("afterglow-eval: afterglowd was killed by signal 9") !=
           std::string::npos);
     CHECK(live.output().find("duty cycle") == std::string::npos);
     CHECK_FALSE(fs::exists(folder.path() + "/picture.png"));
 }
 
 TEST_CASE("afterglow-eval live leaves no process and no file when it is killed", "[eval]") {
-    const TemporaryPlace place;
+    const TemporaryFilesHere place;
     const TemporaryFolder folder;
     Program live(endless_session(folder.path() + "/picture.png"));
     const pid_t daemon = wait_until_it_reads(live);
     REQUIRE(daemon > 0);
-    while (live.runs() && place.has_session()) // it goes when the stream is open
-        ::usleep(10'000);
+    // It goes when the stream is open.
+    REQUIRE(wait_until([&] { return !live.runs() || !place.has_session(); }));
     live.signal(GENERATE(SIGINT, SIGKILL));
     CHECK(live.wait() < 0);
-    while (fs::exists("/proc/" + std::to_string(daemon))) // ends by itself, or this hangs
-        ::usleep(10'000);
+    CHECK(wait_until([&] { return !fs::exists("/proc/" + std::to_string(daemon)); }));
     CHECK_FALSE(place.has_session());
 }
 

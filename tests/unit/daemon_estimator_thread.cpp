@@ -3,6 +3,7 @@
 #include "tests/allocation_count.hpp"
 #include "tests/catch.hpp"
 #include "tests/fake_cameras.hpp"
+#include "tests/wait_until.hpp"
 
 #include <atomic>
 #include <poll.h>
@@ -14,16 +15,20 @@ using testing::FakeCameras;
 
 namespace {
 
-/// Waits for the thread to say something.
-void wait_for_wake(EstimatorThread &thread) {
-    pollfd poll = {thread.outbox().wake_fd(), POLLIN, 0};
-    REQUIRE(::poll(&poll, 1, 60'000) == 1);
-    thread.outbox().clear_wake();
+/// Waits until what the thread says makes `condition()` hold.
+template <class Condition>
+void wait_for(EstimatorThread &thread, Condition condition) {
+    const auto deadline = std::chrono::steady_clock::now() + longest_wait;
+    while (!condition()) {
+        pollfd poll = {thread.outbox().wake_fd(), POLLIN, 0};
+        REQUIRE(::poll(&poll, 1, 60'000) == 1);
+        REQUIRE(std::chrono::steady_clock::now() < deadline);
+        thread.outbox().clear_wake();
+    }
 }
 
 void wait_for_state(EstimatorThread &thread, DaemonState state) {
-    while (thread.outbox().state() != state)
-        wait_for_wake(thread);
+    wait_for(thread, [&] { return thread.outbox().state() == state; });
 }
 
 } // namespace
@@ -37,8 +42,7 @@ TEST_CASE("the estimator thread runs only while it is requested", "[tsan]") {
     (*thread)->set_wanted(true);
     FrameEvent event;
     for (std::uint64_t frame = 0; frame < 20; ++frame) {
-        while (!(*thread)->outbox().next_frame(event))
-            wait_for_wake(**thread);
+        wait_for(**thread, [&] { return (*thread)->outbox().next_frame(event); });
         if (frame == 0)
             CHECK(event.frame.source == AFTERGLOW_MEASURED);
     }
@@ -58,8 +62,7 @@ TEST_CASE("the estimator thread applies the last of many mode changes", "[tsan]"
     (*thread)->set_wanted(true);
     FrameEvent event;
     for (int frame = 0; frame < 10; ++frame) {
-        while (!(*thread)->outbox().next_frame(event))
-            wait_for_wake(**thread);
+        wait_for(**thread, [&] { return (*thread)->outbox().next_frame(event); });
         CHECK(event.frame.source == AFTERGLOW_MEASURED);
     }
 }
@@ -84,8 +87,7 @@ TEST_CASE("neither estimator thread nor worker pool allocates while frames flow"
     auto thread = EstimatorThread::create(cameras.rig(), config);
     REQUIRE(thread);
     (*thread)->set_wanted(true);
-    while (reads < 200)
-        wait_for_wake(**thread);
+    wait_for(**thread, [&] { return reads >= 200; });
     thread = Error{};
     CHECK(early > 0);
     CHECK(late == early);
@@ -128,15 +130,12 @@ TEST_CASE("the watchdog sees an estimator thread that hangs, and accepts an idle
     REQUIRE(thread);
     wait_for_state(**thread, DaemonState::idle);
     for (int check = 0; check < 3; ++check)
-        while (!(*thread)->alive())
-            std::this_thread::yield(); // it answers, sooner or later
+        CHECK(wait_until([&] { return (*thread)->alive(); })); // it answers, sooner or later
 
     (*thread)->set_wanted(true);
-    while (!hanging)
-        std::this_thread::yield();
+    CHECK(wait_until([&] { return hanging.load(); }));
     (*thread)->alive();
     CHECK_FALSE((*thread)->alive());
     hang = false;
-    while (!(*thread)->alive())
-        std::this_thread::yield();
+    CHECK(wait_until([&] { return (*thread)->alive(); }));
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/light_switch.hpp"
+#include "tests/captured_stderr.hpp"
 #include "tests/catch.hpp"
+#include "tests/wait_until.hpp"
 
 #include <atomic>
 #include <chrono>
@@ -54,9 +56,8 @@ private:
 };
 
 template <class Condition>
-void wait_until(Condition condition) {
-    while (!condition())
-        std::this_thread::sleep_for(1ms);
+void expect_soon(Condition condition) {
+    REQUIRE(wait_until(condition));
 }
 
 } // namespace
@@ -68,12 +69,12 @@ TEST_CASE("the light switch works without blocking its caller", "[tsan]") {
     CHECK(light.set(true)); // returns, though the lamp does not
     CHECK(light.lit());
     lamp.let();
-    wait_until([&] { return lamp.on.load(); });
+    expect_soon([&] { return lamp.on.load(); });
     CHECK(light.set(false));
     CHECK_FALSE(light.lit());
     CHECK(lamp.on);
     lamp.let();
-    wait_until([&] { return !lamp.on; });
+    expect_soon([&] { return !lamp.on; });
 }
 
 TEST_CASE("the light switch counts frames as lit from the on order to the end of switching off",
@@ -84,13 +85,13 @@ TEST_CASE("the light switch counts frames as lit from the on order to the end of
     CHECK(light.set(true));
     const std::int64_t ordered = now_ns();
     lamp.let();
-    wait_until([&] { return lamp.on.load(); });
+    expect_soon([&] { return lamp.on.load(); });
     CHECK(light.set(false));
     lamp.begun.acquire();
     const std::int64_t darkening = now_ns();
     CHECK(light.was_lit(darkening)); // it may still be lit
     lamp.may_end.release();
-    wait_until([&] { return !light.was_lit(now_ns()); });
+    expect_soon([&] { return !light.was_lit(now_ns()); });
     CHECK_FALSE(light.was_lit(before));
     CHECK(light.was_lit(ordered));
     CHECK(light.was_lit(darkening));
@@ -102,7 +103,7 @@ TEST_CASE("the light switch reports a failed order at the next one and accepts a
     lamp.fails = true;
     CHECK(light.set(true));
     lamp.let();
-    wait_until([&] { return !light.lit(); });
+    expect_soon([&] { return !light.lit(); });
     const Status told = light.set(true);
     REQUIRE_FALSE(told);
     CHECK(told.error().message == "the lamp is stuck");
@@ -110,18 +111,18 @@ TEST_CASE("the light switch reports a failed order at the next one and accepts a
     lamp.fails = false;
     CHECK(light.set(true));
     lamp.let();
-    wait_until([&] { return lamp.on.load(); });
+    expect_soon([&] { return lamp.on.load(); });
 
     lamp.fails = true;
     CHECK(light.set(false));
     lamp.let();
-    wait_until([&] { return light.lit(); });
+    expect_soon([&] { return light.lit(); });
     CHECK_FALSE(light.set(false));
     CHECK(light.was_lit(now_ns())); // as far as anybody knows
     lamp.fails = false;
     CHECK(light.set(false));
     lamp.let();
-    wait_until([&] { return !light.was_lit(now_ns()); });
+    expect_soon([&] { return !light.was_lit(now_ns()); });
 }
 
 TEST_CASE("the light switch drops an order that its opposite overtakes", "[tsan]") {
@@ -134,7 +135,7 @@ TEST_CASE("the light switch drops an order that its opposite overtakes", "[tsan]
     CHECK(light.set(false));
     lamp.may_end.release();
     lamp.let(); // the last order
-    wait_until([&] { return !light.was_lit(now_ns()); });
+    expect_soon([&] { return !light.was_lit(now_ns()); });
     CHECK_FALSE(lamp.on);
     CHECK(lamp.switched == 2);
 }
@@ -145,8 +146,32 @@ TEST_CASE("the light switch leaves the light off when destroyed", "[tsan]") {
         LightSwitch light(std::make_unique<SlowLight>(lamp));
         CHECK(light.set(true));
         lamp.let();
-        wait_until([&] { return lamp.on.load(); });
+        expect_soon([&] { return lamp.on.load(); });
     }
     CHECK_FALSE(lamp.on);
     CHECK(lamp.destroyed);
+}
+
+TEST_CASE("a light that fails to go dark while nobody asks is logged, once for each failure") {
+    SlowLamp lamp;
+    const CapturedStderr captured;
+    {
+        LightSwitch light(std::make_unique<SlowLight>(lamp));
+        CHECK(light.set(true));
+        lamp.let();
+        expect_soon([&] { return lamp.on.load(); });
+        lamp.fails = true;
+        CHECK(light.set(false));
+        lamp.let();
+        expect_soon([&] { return lamp.switched == 2; });
+        expect_soon([&] { return !captured.text().empty(); });
+        CHECK_FALSE(light.set(false)); // takes the error
+        CHECK(light.set(false));
+        lamp.let();
+        expect_soon([&] { return lamp.switched == 3; });
+    }
+    const std::string text = captured.text();
+    const std::string line = "the illuminator may still be lit: the lamp is stuck\n";
+    CHECK(text.find(line) != std::string::npos);
+    CHECK(text.find(line) == text.rfind(line));
 }

@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "core/base/unique_fd.hpp"
 #include "drivers/illuminator/illuminators.hpp"
+#include "tests/captured_stderr.hpp"
 #include "tests/catch.hpp"
-#include "tests/program.hpp"
+
+#include <sys/mman.h>
 
 #include <cerrno>
+#include <fcntl.h>
+#include <filesystem>
 #include <fstream>
 #include <string>
 
@@ -44,6 +49,24 @@ TEST_CASE("a LED light is off when opened, can be switched, and is off when dest
     CHECK(leds.brightness() == 0);
 }
 
+TEST_CASE("a LED that fails to go dark when destroyed is logged with its name and the reason") {
+    const Leds leds;
+    // A file that can be sealed against further writes stands for a LED that was taken away.
+    const UniqueFd memory(::memfd_create("brightness", MFD_CLOEXEC | MFD_ALLOW_SEALING));
+    std::filesystem::remove(leds.folder / "tof/brightness");
+    std::filesystem::create_symlink("/proc/self/fd/" + std::to_string(memory.get()),
+                                    leds.folder / "tof/brightness");
+    const CapturedStderr captured;
+    {
+        const auto led = open_led(leds.options());
+        REQUIRE(led);
+        REQUIRE((*led)->set(true));
+        REQUIRE(::fcntl(memory.get(), F_ADD_SEALS, F_SEAL_WRITE) == 0);
+    }
+    CHECK(captured.text().find("the illuminator may still be lit: the LED 'tof' may not be "
+                               "switched by this user\n") != std::string::npos);
+}
+
 TEST_CASE("a LED light that is missing or lacks the brightness is refused") {
     const Leds leds;
     LedOptions options = leds.options(256);
@@ -64,7 +87,7 @@ TEST_CASE("a GPIO light whose chip is missing or no GPIO chip is refused") {
     CHECK(missing.error().code == ENOENT);
     const auto other = open_gpio({"/dev/null", 1, false});
     REQUIRE_FALSE(other);
-    CHECK(other.error().message.find("line 1 of the GPIO chip '/dev/null'") == 0);
+    CHECK(other.error().message == "'/dev/null' is no GPIO chip");
 }
 
 TEST_CASE("a light that cannot be switched counts as always on") {

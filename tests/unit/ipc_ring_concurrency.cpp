@@ -3,6 +3,7 @@
 // Readers and writer at the same time, and the death of either.
 #include "ipc/seqlock.hpp"
 #include "tests/test_ring.hpp"
+#include "tests/wait_until.hpp"
 
 #include <sys/poll.h>
 #include <sys/wait.h>
@@ -16,6 +17,8 @@ using namespace afterglow;
 using namespace afterglow::test;
 
 namespace {
+
+constexpr int wait_ms = std::chrono::milliseconds(longest_wait).count();
 
 /// A thread that publishes at full speed for as long as it lives.
 class BusyWriter {
@@ -145,15 +148,14 @@ TEST_CASE("a waiting ring reader wakes for a frame and for the ring's end", "[ip
     std::atomic<int> end{0};
     std::thread reader([&] {
         int error = 0;
-        while ((error = afterglow_wait(stream.get(), -1)) == 0)
+        while ((error = afterglow_wait(stream.get(), wait_ms)) == 0)
             if (afterglow_read_latest(stream.get(), nullptr, nullptr, 0) == 0)
                 ++frames;
         end = error;
     });
     for (int published = 1; published <= 100; ++published) {
         ring->publish();
-        while (frames < published)
-            std::this_thread::yield();
+        CHECK(wait_until([&] { return frames >= published; }));
     }
     ring.reset();
     reader.join();
@@ -203,17 +205,17 @@ TEST_CASE("a ring reader notices that the daemon was killed", "[ipc]") {
             ring.publish();
     });
     daemon_end = UniqueFd(); // the child has the only one
-    REQUIRE(afterglow_wait(stream.get(), -1) == 0);
+    REQUIRE(afterglow_wait(stream.get(), wait_ms) == 0);
     REQUIRE(afterglow_read_latest(stream.get(), nullptr, nullptr, 0) == 0);
     daemon.kill();
     int error = 0;
-    while ((error = afterglow_wait(stream.get(), -1)) == 0)
+    while ((error = afterglow_wait(stream.get(), wait_ms)) == 0)
         error = afterglow_read_latest(stream.get(), nullptr, nullptr, 0);
     CHECK(error == -EPIPE);
     CHECK(afterglow_read_latest(stream.get(), nullptr, nullptr, 0) == -EPIPE);
 
     pollfd poll{afterglow_fd(stream.get()), POLLIN, 0};
-    CHECK(::poll(&poll, 1, -1) == 1);
+    CHECK(::poll(&poll, 1, wait_ms) == 1);
     CHECK((poll.revents & POLLHUP) != 0);
 }
 
@@ -225,10 +227,10 @@ TEST_CASE("a ring reader can read the last frames after the daemon's end", "[ipc
     ring.reset();
     daemon_end = UniqueFd();
     Planes planes(stream.get());
-    CHECK(afterglow_wait(stream.get(), -1) == 0);
+    CHECK(afterglow_wait(stream.get(), wait_ms) == 0);
     REQUIRE(afterglow_read_latest(stream.get(), nullptr, planes.wanted, 3) == 0);
     CHECK(planes.are_of(0));
-    CHECK(afterglow_wait(stream.get(), -1) == -EPIPE);
+    CHECK(afterglow_wait(stream.get(), wait_ms) == -EPIPE);
     CHECK(afterglow_read(stream.get(), 1, nullptr, nullptr, 0) == -EPIPE);
 }
 
@@ -248,7 +250,7 @@ TEST_CASE("a signal ends a ring reader's wait", "[ipc]") {
             std::this_thread::yield();
         }
     });
-    CHECK(afterglow_wait(stream.get(), -1) == -EINTR);
+    CHECK(afterglow_wait(stream.get(), wait_ms) == -EINTR);
     waiting = false;
     other.join();
     ::sigaction(SIGUSR1, &before, nullptr);

@@ -2,6 +2,7 @@
 #include "drivers/libcamera/libcamera.hpp"
 #include "tests/allocation_count.hpp"
 #include "tests/catch.hpp"
+#include "tests/wait_until.hpp"
 
 #include <sys/wait.h>
 
@@ -38,12 +39,7 @@ struct Camera {
         source = *std::move(opened);
     }
     /// The next that is not Capture::none.
-    Capture read() {
-        Capture capture = Capture::none;
-        while (capture == Capture::none)
-            capture = source->read(frame, 50ms);
-        return capture;
-    }
+    Capture read() { return source->read(frame, longest_wait); }
     std::string refusal() const {
         const Status started = source->start();
         REQUIRE_FALSE(started);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/v4l2/v4l2.hpp"
+#include "tests/captured_stderr.hpp"
 #include "tests/catch.hpp"
 #include "tests/fake_v4l2.hpp"
 
@@ -118,4 +119,22 @@ TEST_CASE("a V4L2 light that fails keeps its state and is reopened for the next 
     flash.kernel.failing.clear();
     CHECK((*light)->set(true));
     CHECK(flash.kernel.opened == 2);
+}
+
+TEST_CASE("a V4L2 light that cannot be darkened at its end is logged, an absent one is not") {
+    Flash flash;
+    const CapturedStderr captured;
+    {
+        const auto absent = open_v4l2_control({"/dev/video9", "led_mode", 2, 0, ""}, flash.kernel);
+        REQUIRE(absent);
+    }
+    CHECK(captured.text().empty());
+    {
+        const auto light = open_v4l2_control(flash.options, flash.kernel);
+        REQUIRE(light);
+        REQUIRE((*light)->set(true));
+        flash.kernel.failing[VIDIOC_S_EXT_CTRLS] = EIO;
+    }
+    CHECK(captured.text().find("the illuminator may still be lit: the camera '/dev/video0' failed "
+                               "to switch its light: Input/output error\n") != std::string::npos);
 }

@@ -12,8 +12,10 @@
 //     slow_ms=N     waits so long after each frame
 //     cycles=N      starts, takes a frame and stops, so often; then counts what was left behind
 //     calls=1       tells of each call that the driver refuses: its number, and the error
-//     light=CONTROL lights it, waits for seconds=N, and ends
+//     light=CONTROL opens the light, lights it, and ends; seconds=N between them
+//     gpio=CHIP line=N active_low=1   the same for a light on a GPIO line
 #include "core/base/unique_fd.hpp"
+#include "drivers/illuminator/illuminators.hpp"
 #ifdef AFTERGLOW_WITH_LIBCAMERA
 #include "drivers/libcamera/libcamera.hpp"
 #endif
@@ -191,14 +193,14 @@ int watch(Source &source, const Arguments &arguments) {
     return tally.frames > 0 ? 0 : 1;
 }
 
-/// What this process holds.
-struct Possessions {
+/// Resources that this process holds.
+struct ResourceUsage {
     std::ptrdiff_t descriptors = 0;
     std::ptrdiff_t mappings = 0;
     std::ptrdiff_t heap_bytes = 0;
 
-    static Possessions count() {
-        Possessions now;
+    static ResourceUsage count() {
+        ResourceUsage now;
         now.descriptors = std::distance(std::filesystem::directory_iterator("/proc/self/fd"), {});
         std::ifstream maps("/proc/self/maps");
         for (std::string line; std::getline(maps, line);)
@@ -213,46 +215,54 @@ int cycle(Source &source, int cycles) {
     // The first ones fill caches of the C library.
     constexpr int warm_up = 20;
     Frame frame;
-    Possessions before;
+    ResourceUsage before;
     for (int i = 0; i < cycles + warm_up; ++i) {
         if (i == warm_up)
-            before = Possessions::count();
+            before = ResourceUsage::count();
         const Status started = source.start();
         if (!started) {
             say("not started: " + started.error().message);
             return 1;
         }
-        Capture capture = Capture::none;
-        while (capture == Capture::none)
-            capture = source.read(frame, 100ms);
+        const Capture capture = source.read(frame, 10s);
         source.stop();
         if (capture != Capture::frame) {
             say("no frame: " + source.problem());
             return 1;
         }
     }
-    const Possessions after = Possessions::count();
+    const ResourceUsage after = ResourceUsage::count();
     fmt::print("cycles={} descriptors={:+} mappings={:+} heap_bytes={:+}\n", cycles,
                after.descriptors - before.descriptors, after.mappings - before.mappings,
                after.heap_bytes - before.heap_bytes);
     return 0;
 }
 
-int shine(const Arguments &arguments) {
+Result<std::unique_ptr<Illuminator>> open_light(const Arguments &arguments) {
+    if (arguments.has("gpio"))
+        return open_gpio({arguments.text("gpio"), static_cast<int>(arguments.number("line", 0)),
+                          arguments.number("active_low", 0) != 0});
     V4l2ControlOptions options;
     options.device = arguments.text("device");
     options.control = arguments.text("light");
-    const auto light = open_v4l2_control(options);
+    return open_v4l2_control(options);
+}
+
+int shine(const Arguments &arguments) {
+    const std::chrono::duration<double> pause(arguments.number("seconds", 1));
+    const auto light = open_light(arguments);
     if (!light) {
         say(light.error().message);
         return 1;
     }
+    say("opened");
+    std::this_thread::sleep_for(pause);
     if (const Status lit = (*light)->set(true); !lit) {
         say(lit.error().message);
         return 1;
     }
     say("lit");
-    std::this_thread::sleep_for(std::chrono::duration<double>(arguments.number("seconds", 1)));
+    std::this_thread::sleep_for(pause);
     return 0;
 }
 
@@ -281,7 +291,7 @@ int run(Result<std::unique_ptr<Source>> (*open)(const Options &, Environment), O
 int main(int argc, char **argv) {
     using namespace afterglow;
     const vm::Arguments arguments(argc, argv);
-    if (arguments.has("light"))
+    if (arguments.has("light") || arguments.has("gpio"))
         return vm::shine(arguments);
 #ifdef AFTERGLOW_WITH_LIBCAMERA
     if (arguments.has("libcamera"))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// record_room DIR FRAMES PERIOD_MS [WIDTH HEIGHT]: films the synthetic room, 160x120, as a
+// record_room DIR FRAMES PERIOD_MS [WIDTH HEIGHT]: records the synthetic room, 160x120, as a
 // recording.
 #include "drivers/files/write_recording.hpp"
 #include "drivers/simulated/synthetic/truth.hpp"

@@ -28,8 +28,8 @@ namespace {
 using namespace afterglow;
 
 /// All images and maps of a recording.
-struct Film {
-    explicit Film(const Recording &recording) {
+struct RecordedFrames {
+    explicit RecordedFrames(const Recording &recording) {
         for (std::size_t k = 0; k < recording.entries.size(); ++k) {
             images.emplace_back(recording.camera.width, recording.camera.height);
             maps.emplace_back(recording.camera.width, recording.camera.height);
@@ -89,7 +89,7 @@ bool read_next(afterglow_stream *stream, bool first, Seen &seen) {
 }
 
 int watch(const char *bus, const Recording &recording, int frames, const std::string &folder) {
-    const Film film(recording);
+    const RecordedFrames recorded(recording);
     afterglow_stream *stream = nullptr;
     if (const int error = afterglow_open(bus, &stream); error != 0) {
         fmt::print(stderr, "watch_depth: {}\n", afterglow_strerror(error));
@@ -103,8 +103,9 @@ int watch(const char *bus, const Recording &recording, int frames, const std::st
             fmt::print("the stream has ended\n");
             return 1;
         }
-        const int number = film.number_of(seen.luma);
-        const DepthMap *map = number < 0 ? nullptr : &film.maps[static_cast<std::size_t>(number)];
+        const int number = recorded.number_of(seen.luma);
+        const DepthMap *map =
+            number < 0 ? nullptr : &recorded.maps[static_cast<std::size_t>(number)];
         fmt::print("{} {} {} {} {:.2f}\n", number, seen.frame.source, seen.frame.illuminated,
                    seen.frame.t_ns, map ? mean_relative_error(seen.depth, *map) : 0);
         std::fflush(stdout);

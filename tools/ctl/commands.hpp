@@ -7,26 +7,29 @@
 
 namespace afterglow {
 
-// What afterglowctl can do. Each writes to stdout and returns when it is done. `bus` is "system",
-// "session" or an address.
+// The commands of afterglowctl. Each writes to stdout and returns when it is done. `bus` is
+// "system", "session" or an address. Errors: no bus, no daemon on it, or a refused request.
 
-/// What the daemon does now, for a person.
+/// The daemon's state as text for a person.
 Status show_status(const std::string &bus);
-/// Everything the daemon counts: a line each, or one JSON object.
+/// Everything the daemon counts: a line each with its unit, or one JSON object.
 Status show_statistics(const std::string &bus, bool json);
-/// A line for each frame as it comes, `frames` of them; 0 = until interrupted.
+/// A line of 40 columns for each frame as it comes, `frames` of them; 0 = until interrupted.
 Status monitor(const std::string &bus, int frames);
-/// The newest frame as a picture: the image, and its depth in colours beside it.
+/// The newest frame as a file, by the extension of `path`: ".png" is the image, its depth in
+/// colours and their scale in metres; ".pgm" the depth alone in millimetres, 16 bits. "-" writes
+/// the PNG to stdout. Errors: another extension (EINVAL), no daemon, no frame, or a file that
+/// cannot be written.
 Status snapshot(const std::string &bus, const std::string &path);
 /// Shows the mode, or sets it when `name` is not empty.
 Status change_mode(const std::string &bus, const std::string &name);
 
 // Without a daemon:
 
-/// What is there, and what each can do.
+/// The cameras and lights of this machine, and the modes of each.
 Status show_devices();
-/// Writes a first configuration for it: to a file that is not there yet, or to stdout where `path`
-/// is empty.
+/// Writes a first configuration for them to a new file `path`, or to stdout where that is empty.
+/// Errors: EEXIST, the file exists; ENODEV, there is no colour or no TOF camera.
 Status probe(const std::string &path);
 
 } // namespace afterglow

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/ctl/daemon_proxy.hpp"
 
+#include "core/base/printable.hpp"
 #include "ipc/bus.hpp"
 
 #include <fmt/format.h>
@@ -37,15 +38,15 @@ Error refusal(const std::string &bus, const sd_bus_error &error, int code) {
         return Error{fmt::format("no afterglowd runs on {}", describe_bus(bus)), EHOSTUNREACH};
     if (sd_bus_error_has_name(&error, SD_BUS_ERROR_ACCESS_DENIED))
         return Error{"not allowed: this needs root or a member of the group afterglow", EACCES};
-    return Error{error.message ? error.message : std::strerror(-code), -code};
+    const std::string why = error.message ? printable(error.message) : std::strerror(-code);
+    return Error{fmt::format("afterglowd on {} did not do it: {}", describe_bus(bus), why), -code};
 }
 
 Result<Bus> connect(const std::string &bus) {
     Bus connection;
     if (const int error = open_bus(bus.c_str(), connection); error < 0)
-        return Error{
-            fmt::format("cannot connect to {}: {}", describe_bus(bus), std::strerror(-error)),
-            -error};
+        return Error{fmt::format("cannot connect to {}: {}", describe_bus(bus), bus_problem(error)),
+                     -error};
     return connection;
 }
 
@@ -123,7 +124,7 @@ Status set_daemon_mode(const std::string &bus, const std::string &mode) {
 std::string describe_bus(const std::string &bus) {
     if (bus == "system" || bus == "session")
         return fmt::format("the {} bus", bus);
-    return fmt::format("the bus at {}", bus);
+    return fmt::format("the bus at {}", printable(bus));
 }
 
 } // namespace afterglow

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "core/base/standard_output.hpp"
+#include "tools/command_line/unknown_command.hpp"
 #include "tools/ctl/commands.hpp"
 
 #include <CLI/CLI.hpp>
@@ -14,9 +16,9 @@ namespace {
 constexpr int exit_failure = 1;
 constexpr int exit_usage = 2;
 
-int fail(const std::string &sentence) {
+int fail(const std::string &sentence, int code = exit_failure) {
     fmt::print(stderr, "afterglowctl: {}\n", sentence);
-    return exit_failure;
+    return code;
 }
 
 } // namespace
@@ -48,12 +50,17 @@ int main(int argc, char **argv) {
     auto *stats = app.add_subcommand("stats", "everything the daemon counts");
     stats->add_flag("--json", json, "as one JSON object");
     stats->callback([&] { command = [&] { return afterglow::show_statistics(bus, json); }; });
-    auto *monitor = app.add_subcommand("monitor", "a line for each frame");
+    auto *monitor = app.add_subcommand("monitor", "a line of 40 columns for each frame");
     monitor->add_option("--frames", frames, "stop after so many; 0 = never")
         ->check(CLI::NonNegativeNumber);
     monitor->callback([&] { command = [&] { return afterglow::monitor(bus, frames); }; });
-    auto *snapshot = app.add_subcommand("snapshot", "the newest image and its depth, as a PNG");
-    snapshot->add_option("file", path, "where to write it")->type_name("FILE.png")->required();
+    auto *snapshot = app.add_subcommand("snapshot", "the newest image and its depth, as a file");
+    snapshot
+        ->add_option("file", path,
+                     "NAME.png: image and depth in colours; NAME.pgm: depth in millimetres, 16 "
+                     "bits; -: the PNG to stdout")
+        ->type_name("FILE")
+        ->required();
     snapshot->callback([&] { command = [&] { return afterglow::snapshot(bus, path); }; });
     auto *set = app.add_subcommand("mode", "show or set when the TOF camera is lit");
     set->add_option("name", mode, "auto, always-on, interval or off")->type_name("NAME");
@@ -67,9 +74,13 @@ int main(int argc, char **argv) {
 
     try {
         app.parse(argc, argv);
-        const Status done = command();
+        Status done = command();
+        if (done)
+            done = afterglow::flush_standard_output();
         return done ? 0 : fail(done.error().message);
     } catch (const CLI::ParseError &error) {
+        if (const auto name = afterglow::unknown_command(app))
+            return fail(afterglow::no_such_command(app, *name), exit_usage);
         return app.exit(error) == 0 ? 0 : exit_usage;
     } catch (const std::exception &error) {
         return fail(error.what());

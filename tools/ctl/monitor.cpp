@@ -1,36 +1,39 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "core/base/standard_output.hpp"
 #include "tools/ctl/commands.hpp"
 #include "tools/ctl/stream.hpp"
 
 #include <fmt/format.h>
 
 #include <cstdint>
-#include <cstdio>
 
 namespace afterglow {
 namespace {
+
+// At most 40 columns, plain text whatever stdout is.
+constexpr const char *heading = " frame depth    light age cover  err lat\n"
+                                "                      frm     %    %  ms\n";
 
 const char *name(std::uint32_t source) {
     switch (source) {
     case AFTERGLOW_MEASURED:
         return "measured";
     case AFTERGLOW_ESTIMATED:
-        return "estimated";
+        return "estimate";
     default:
-        return "no depth";
+        return "none";
     }
 }
 
-void print(const afterglow_frame &frame) {
-    fmt::print("{:>8}  {:<9}  {:<5}  {:>4}  {:>7.1f} %", frame.index, name(frame.source),
+/// Writes the line at once, also into a pipe. Errors: stdout cannot be written.
+Status print(const afterglow_frame &frame) {
+    const double error = static_cast<double>(frame.expected_mre);
+    const double latency_ms = static_cast<double>(frame.published_ns - frame.t_ns) * 1e-6;
+    fmt::print("{:>6} {:<8} {:<5} {:>3} {:>5.1f} {:>4} {:>3.0f}\n", frame.index, name(frame.source),
                frame.illuminated ? "lit" : "dark", frame.age_frames,
-               static_cast<double>(frame.coverage));
-    if (frame.expected_mre >= 0)
-        fmt::print("  {:>6.2f} %", static_cast<double>(frame.expected_mre));
-    else
-        fmt::print("  {:>8}", "-");
-    fmt::print("  {:>6.1f} ms\n", static_cast<double>(frame.published_ns - frame.t_ns) * 1e-6);
-    std::fflush(stdout); // a line per frame, also into a pipe
+               static_cast<double>(frame.coverage),
+               error < 0 ? "-" : fmt::format("{:.{}f}", error, error < 9.995 ? 2 : 1), latency_ms);
+    return flush_standard_output();
 }
 
 } // namespace
@@ -39,16 +42,16 @@ Status monitor(const std::string &bus, int frames) {
     Result<Stream> stream = Stream::open(bus);
     if (!stream)
         return stream.error();
-    fmt::print("{:>8}  {:<9}  {:<5}  {:>4}  {:>9}  {:>8}  {:>9}\n", "frame", "depth", "light",
-               "age", "coverage", "error", "latency");
+    fmt::print("{}", heading);
     for (int count = 0; frames == 0 || count < frames; ++count) {
         const Result<afterglow_frame> frame = stream->next();
         if (!frame)
             return frame.error();
-        print(*frame);
+        if (Status printed = print(*frame); !printed)
+            return printed;
     }
     if (const std::uint64_t skipped = stream->skipped(); skipped > 0)
-        fmt::print("{} more frames came and went between these\n", skipped);
+        fmt::print("{} more frames were not shown\n", skipped);
     return ok();
 }
 

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "core/base/printable.hpp"
 #include "tools/ctl/commands.hpp"
 #include "tools/ctl/daemon_proxy.hpp"
 
 #include <fmt/format.h>
 
 #include <cctype>
+#include <nlohmann/json.hpp>
 #include <string_view>
 
 namespace afterglow {
@@ -14,7 +16,7 @@ std::string text(const Properties &properties, const char *name) {
     const auto property = properties.find(name);
     const auto *value =
         property == properties.end() ? nullptr : std::get_if<std::string>(&property->second);
-    return value ? *value : "unknown";
+    return value ? printable(*value) : "unknown";
 }
 
 /// 0 where an older daemon has no such number.
@@ -55,18 +57,20 @@ std::string json_key(std::string_view property) {
     return key;
 }
 
-/// Strings from the daemon are names and versions; what JSON would have to escape is left out.
-std::string json_string(std::string_view value) {
-    std::string quoted = "\"";
-    for (const char letter : value)
-        if (letter != '"' && letter != '\\' && static_cast<unsigned char>(letter) >= 0x20)
-            quoted += letter;
-    return quoted + '"';
+/// The unit of a property in org.afterglow.Depth1.xml; "" for counts and names.
+std::string_view unit(std::string_view property) {
+    if (property == "DutyCycle" || property == "Coverage" || property == "ExpectedError")
+        return " %";
+    if (property == "EstimatedPower")
+        return " W";
+    const bool is_time = property.starts_with("Latency") || property == "WakeLatency" ||
+                         property.starts_with("PairingError");
+    return is_time ? " ns" : "";
 }
 
 std::string to_text(const Property &property) {
     if (const auto *value = std::get_if<std::string>(&property))
-        return *value;
+        return printable(*value);
     if (const auto *count = std::get_if<std::uint64_t>(&property))
         return fmt::format("{}", *count);
     return fmt::format("{:.6g}", *std::get_if<double>(&property));
@@ -110,19 +114,16 @@ Status show_statistics(const std::string &bus, bool json) {
     const Result<Properties> properties = daemon_properties(bus);
     if (!properties)
         return properties.error();
-    std::string separator = "{";
+    nlohmann::ordered_json object = nlohmann::ordered_json::object();
     for (const auto &[name, value] : *properties) {
-        if (json) {
-            const auto *words = std::get_if<std::string>(&value);
-            fmt::print("{}\"{}\": {}", separator, json_key(name),
-                       words ? json_string(*words) : to_text(value));
-            separator = ", ";
-        } else {
-            fmt::print("{:<20} {}\n", name, to_text(value));
-        }
+        if (json)
+            std::visit([&, &name = name](const auto &content) { object[json_key(name)] = content; },
+                       value);
+        else
+            fmt::print("{:<20} {}{}\n", name, to_text(value), unit(name));
     }
-    if (json)
-        fmt::print("{}\n", properties->empty() ? "{}" : "}");
+    if (json) // bytes of a version that are not UTF-8 are replaced
+        fmt::print("{}\n", object.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
     return ok();
 }
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "core/base/printable.hpp"
 #include "tools/ctl/commands.hpp"
 #include "tools/ctl/devices.hpp"
 
@@ -16,8 +17,8 @@ template <class Found>
 void print_cameras(const char *title, const std::vector<Found> &cameras) {
     fmt::print("{}\n", title);
     for (const Found &camera : cameras)
-        fmt::print("  {}\n    driver = \"{}\"\n    device = \"{}\"\n    gives {}\n", camera.title,
-                   camera.driver, camera.device,
+        fmt::print("  {}\n    driver = \"{}\"\n    device = \"{}\"\n    gives {}\n",
+                   printable(camera.title), camera.driver, printable(camera.device),
                    camera.modes.empty() ? "what it does not say" : camera.modes);
     if (cameras.empty())
         fmt::print("  none\n");
@@ -31,8 +32,10 @@ Status show_devices() {
     print_cameras("TOF cameras", devices.tof);
     fmt::print("Lights\n");
     for (const FoundLight &light : devices.lights)
-        fmt::print("  {}\n    driver = \"{}\"\n{}", light.title, light.driver,
-                   light.device.empty() ? "" : fmt::format("    device = \"{}\"\n", light.device));
+        fmt::print("  {}\n    driver = \"{}\"\n{}", printable(light.title), light.driver,
+                   light.device.empty()
+                       ? ""
+                       : fmt::format("    device = \"{}\"\n", printable(light.device)));
     if (devices.lights.empty())
         fmt::print("  none\n");
     for (const std::string &problem : devices.problems)
@@ -54,7 +57,8 @@ Status probe(const std::string &path) {
     const bool written = file && std::fputs(configuration->c_str(), file) >= 0;
     const bool closed = file && std::fclose(file) == 0;
     if (!written || !closed)
-        return Error{fmt::format("{} cannot be written: {}", path, std::strerror(errno)), errno};
+        return Error{fmt::format("{} cannot be written: {}", printable(path), std::strerror(errno)),
+                     errno};
     fmt::print("{}\n", path);
     return ok();
 }

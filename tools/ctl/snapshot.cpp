@@ -1,14 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "core/base/printable.hpp"
 #include "core/base/rgb.hpp"
 #include "drivers/files/image_file.hpp"
+#include "drivers/files/png_file.hpp"
 #include "tools/ctl/commands.hpp"
 #include "tools/ctl/stream.hpp"
-#include "tools/picture/depth_colors.hpp"
+#include "tools/picture/depth_scale.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <unistd.h>
+#include <vector>
 
 namespace afterglow {
 namespace {
@@ -39,24 +47,59 @@ Status take(Stream &stream, Shot &shot) {
     return ok();
 }
 
-/// The image on the left, depth in colours on the right.
+/// The image on the left, its depth in colours, and the scale of the colours on the right.
 Image<Rgb> draw(const Shot &shot) {
     const int width = shot.luma.width();
-    const Image<Rgb> colors = color_depth(shot.depth, depth_range(shot.depth));
-    Image<Rgb> picture(2 * width + gap_px, shot.luma.height(), Rgb{255, 255, 255});
-    for (int v = 0; v < picture.height(); ++v) {
-        std::transform(shot.luma.row(v), shot.luma.row(v) + width, picture.row(v),
-                       [](std::uint8_t grey) {
-                           return Rgb{grey, grey, grey};
-                       });
-        std::copy_n(colors.row(v), width, picture.row(v) + width + gap_px);
+    const int height = shot.luma.height();
+    const DepthRange range = depth_range(shot.depth);
+    const Image<Rgb> colors = color_depth(shot.depth, range);
+    const Image<Rgb> scale = depth_scale(range, height);
+    Image<Rgb> picture(2 * (width + gap_px) + scale.width(), height, Rgb{255, 255, 255});
+    for (int v = 0; v < height; ++v) {
+        Rgb *row = picture.row(v);
+        std::transform(shot.luma.row(v), shot.luma.row(v) + width, row, [](std::uint8_t grey) {
+            return Rgb{grey, grey, grey};
+        });
+        std::copy_n(colors.row(v), width, row + width + gap_px);
+        std::copy_n(scale.row(v), scale.width(), row + 2 * (width + gap_px));
     }
     return picture;
+}
+
+/// 16-bit PGM, whose numbers are big-endian.
+Status write_pgm(const std::string &path, DepthView depth) {
+    std::ofstream file(path, std::ios::binary | std::ios::trunc);
+    file << "P5\n" << depth.width() << ' ' << depth.height() << "\n65535\n";
+    for (int v = 0; v < depth.height(); ++v)
+        for (int u = 0; u < depth.width(); ++u)
+            file.put(static_cast<char>(depth(u, v) >> 8)).put(static_cast<char>(depth(u, v)));
+    file.close();
+    if (!file)
+        return Error{fmt::format("{} cannot be written: {}", printable(path), std::strerror(errno)),
+                     errno};
+    return ok();
+}
+
+Status write_to_stdout(const Image<Rgb> &picture) {
+    std::vector<const std::uint8_t *> rows;
+    for (int v = 0; v < picture.height(); ++v)
+        rows.push_back(reinterpret_cast<const std::uint8_t *>(picture.row(v)));
+    return encode_png(stdout, {picture.width(), picture.height(), 8, false}, rows);
 }
 
 } // namespace
 
 Status snapshot(const std::string &bus, const std::string &path) {
+    const bool to_stdout = path == "-";
+    const bool is_pgm = path.ends_with(".pgm");
+    if (!to_stdout && !is_pgm && !path.ends_with(".png"))
+        return Error{fmt::format("{}: the extension says what is written: .png (image and depth in "
+                                 "colours), .pgm (depth in millimetres, 16 bits), or - (PNG to "
+                                 "standard output)",
+                                 printable(path)),
+                     EINVAL};
+    if (to_stdout && ::isatty(STDOUT_FILENO) == 1)
+        return Error{"a picture is not written to a terminal; redirect standard output", EINVAL};
     Result<Stream> stream = Stream::open(bus);
     if (!stream)
         return stream.error();
@@ -66,9 +109,12 @@ Status snapshot(const std::string &bus, const std::string &path) {
     Shot shot{Luma(width, height), DepthMap(width, height), {}};
     if (const Status taken = take(*stream, shot); !taken)
         return taken.error();
-    if (const Status written = write_png(path, draw(shot)); !written)
+    const Status written = is_pgm      ? write_pgm(path, shot.depth)
+                           : to_stdout ? write_to_stdout(draw(shot))
+                                       : write_png(path, draw(shot));
+    if (!written)
         return written.error();
-    fmt::print("{}: frame {}, {}\n", path, shot.frame.index,
+    fmt::print(to_stdout ? stderr : stdout, "{}: frame {}, {}\n", printable(path), shot.frame.index,
                shot.frame.source == AFTERGLOW_MEASURED ? "measured"
                : shot.frame.source == AFTERGLOW_ESTIMATED
                    ? fmt::format("estimated from {} frames earlier", shot.frame.age_frames)

@@ -11,7 +11,7 @@
 namespace afterglow {
 namespace {
 
-constexpr int patience_ms = 10'000;
+constexpr int frame_timeout_ms = 10'000;
 
 } // namespace
 
@@ -34,7 +34,7 @@ afterglow_stream_info Stream::info() const {
 Result<afterglow_frame> Stream::next(std::span<const afterglow_buffer> buffers) {
     while (true) {
         afterglow_frame frame = {};
-        int error = afterglow_wait(stream_.get(), patience_ms);
+        int error = afterglow_wait(stream_.get(), frame_timeout_ms);
         if (error == 0)
             error = afterglow_read_latest(stream_.get(), &frame, buffers.data(), buffers.size());
         if (error == 0 && frame.published_ns >= opened_ns_)

@@ -21,14 +21,15 @@ float field_of_view(double focal_length, int side) {
 
 } // namespace
 
-DepthStream::DepthStream(const Settings &settings, Film &film, Emitter &emitter,
+DepthStream::DepthStream(const Settings &settings, DepthSequence &sequence, Emitter &emitter,
                          const std::atomic<bool> &frozen)
-    : clock_rate_(1 + settings.drift_ppm * 1e-6), film_(film), emitter_(emitter), frozen_(frozen),
-      mode_(mode_of(film)), ahead_(film.camera().width, film.camera().height) {}
+    : clock_rate_(1 + settings.drift_ppm * 1e-6), sequence_(sequence), emitter_(emitter),
+      frozen_(frozen), mode_(mode_of(sequence)),
+      ahead_(sequence.camera().width, sequence.camera().height) {}
 
-OniVideoMode DepthStream::mode_of(const Film &film) {
-    return {ONI_PIXEL_FORMAT_DEPTH_1_MM, film.camera().width, film.camera().height,
-            std::max(static_cast<int>(std::lround(film.fps())), 1)};
+OniVideoMode DepthStream::mode_of(const DepthSequence &sequence) {
+    return {ONI_PIXEL_FORMAT_DEPTH_1_MM, sequence.camera().width, sequence.camera().height,
+            std::max(static_cast<int>(std::lround(sequence.fps())), 1)};
 }
 
 OniStatus DepthStream::start() {
@@ -52,7 +53,7 @@ void DepthStream::stop() {
 
 void DepthStream::run() {
     using Time = std::chrono::steady_clock::time_point;
-    Rounds::Frame frame = film_.next(now_ns());
+    Rounds::Frame frame = sequence_.next(now_ns());
     std::unique_lock lock(mutex_);
     while (running_) {
         const Time due{std::chrono::nanoseconds(frame.due_ns)};
@@ -68,7 +69,7 @@ void DepthStream::run() {
             if (const Light light = emitter_.expose(frame.due_ns, frame.number);
                 light != Light::dark)
                 give(frame, light);
-        frame = film_.next(std::max(frame.due_ns, now_ns()));
+        frame = sequence_.next(std::max(frame.due_ns, now_ns()));
         lock.lock();
     }
 }
@@ -76,7 +77,7 @@ void DepthStream::run() {
 void DepthStream::read_ahead(std::uint64_t number) {
     if (ahead_number_ != number)
         ahead_number_.reset();
-    if (!ahead_number_ && film_.read(number, ahead_))
+    if (!ahead_number_ && sequence_.read(number, ahead_))
         ahead_number_ = number;
 }
 
@@ -126,7 +127,7 @@ OniBool DepthStream::isPropertySupported(int property) {
 }
 
 OniStatus DepthStream::getProperty(int property, void *data, int *size) {
-    const Intrinsics &camera = film_.camera();
+    const Intrinsics &camera = sequence_.camera();
     switch (property) {
     case ONI_STREAM_PROPERTY_VIDEO_MODE:
         return answer(mode_, data, size);

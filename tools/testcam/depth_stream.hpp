@@ -2,8 +2,8 @@
 #pragma once
 
 #include "core/base/image.hpp"
+#include "tools/testcam/depth_sequence.hpp"
 #include "tools/testcam/emitter.hpp"
-#include "tools/testcam/film.hpp"
 #include "tools/testcam/openni_driver.hpp"
 #include "tools/testcam/settings.hpp"
 
@@ -16,15 +16,15 @@
 
 namespace afterglow::testcam {
 
-/// The camera's depth stream: a thread gives a map when its time has come, if the light was on.
+/// The camera's depth stream: a thread delivers each map at its time, if the light was on.
 class DepthStream final : public oni::driver::StreamBase {
 public:
-    /// `frozen`: gives nothing while it is set.
-    DepthStream(const Settings &settings, Film &film, Emitter &emitter,
+    /// `frozen`: delivers nothing while it is set.
+    DepthStream(const Settings &settings, DepthSequence &sequence, Emitter &emitter,
                 const std::atomic<bool> &frozen);
     ~DepthStream() override { stop(); }
 
-    static OniVideoMode mode_of(const Film &film);
+    static OniVideoMode mode_of(const DepthSequence &sequence);
 
     OniStatus start() override;
     void stop() override;
@@ -39,7 +39,7 @@ private:
     void read_ahead(std::uint64_t number);
 
     const double clock_rate_; ///< of the camera's clock: 1 is CLOCK_MONOTONIC's
-    Film &film_;
+    DepthSequence &sequence_;
     Emitter &emitter_;
     const std::atomic<bool> &frozen_;
     const OniVideoMode mode_;

@@ -24,10 +24,10 @@ constexpr int pslink_emitter = 0x12000008;
 
 class TestDevice final : public oni::driver::DeviceBase {
 public:
-    TestDevice(const Settings &settings, std::unique_ptr<Film> film,
+    TestDevice(const Settings &settings, std::unique_ptr<DepthSequence> sequence,
                const std::atomic<bool> &frozen)
-        : settings_(settings), film_(std::move(film)), emitter_(settings), frozen_(frozen),
-          mode_(DepthStream::mode_of(*film_)), sensor_{ONI_SENSOR_DEPTH, 1, &mode_} {}
+        : settings_(settings), sequence_(std::move(sequence)), emitter_(settings), frozen_(frozen),
+          mode_(DepthStream::mode_of(*sequence_)), sensor_{ONI_SENSOR_DEPTH, 1, &mode_} {}
 
     OniStatus getSensorInfoList(OniSensorInfo **sensors, int *count) override {
         *sensors = &sensor_;
@@ -35,7 +35,7 @@ public:
         return ONI_STATUS_OK;
     }
     oni::driver::StreamBase *createStream(OniSensorType type) override {
-        return type == ONI_SENSOR_DEPTH ? new DepthStream(settings_, *film_, emitter_, frozen_)
+        return type == ONI_SENSOR_DEPTH ? new DepthStream(settings_, *sequence_, emitter_, frozen_)
                                         : nullptr;
     }
     void destroyStream(oni::driver::StreamBase *stream) override { delete stream; }
@@ -66,7 +66,7 @@ public:
 
 private:
     const Settings settings_;
-    std::unique_ptr<Film> film_;
+    std::unique_ptr<DepthSequence> sequence_;
     Emitter emitter_;
     const std::atomic<bool> &frozen_;
     OniVideoMode mode_;
@@ -96,12 +96,12 @@ public:
     oni::driver::DeviceBase *deviceOpen(const char *wanted, const char * /*mode*/) override {
         if (tryDevice(wanted) != ONI_STATUS_OK)
             return nullptr;
-        Result<std::unique_ptr<Film>> film = open_film(settings_);
-        if (!film) {
-            getServices().errorLoggerAppend("%s", film.error().message.c_str());
+        Result<std::unique_ptr<DepthSequence>> sequence = open_depth_sequence(settings_);
+        if (!sequence) {
+            getServices().errorLoggerAppend("%s", sequence.error().message.c_str());
             return nullptr;
         }
-        return new TestDevice(settings_, *std::move(film), frozen_);
+        return new TestDevice(settings_, *std::move(sequence), frozen_);
     }
     void deviceClose(oni::driver::DeviceBase *device) override { delete device; }
     void shutdown() override {

@@ -11,7 +11,7 @@
 
 namespace afterglow::testcam {
 
-/// What a map measures.
+/// The illumination under which a map was exposed.
 enum class Light { dark, settling, good };
 
 /// The emitter: lit while it is switched on and the camera streams. Its log has a line for each
@@ -22,11 +22,11 @@ class Emitter {
 public:
     explicit Emitter(const Settings &settings);
 
-    /// As real ones, it is on unless it was told otherwise.
+    /// On by default, as with real devices.
     void set_on(bool on);
     void set_streaming(bool streaming);
     bool is_lit();
-    /// What the map is like that was exposed at `t_ns`, the next one; and notes it.
+    /// The illumination of the map exposed at `t_ns`; logs that map.
     Light expose(std::int64_t t_ns, std::uint64_t sequence);
 
 private:

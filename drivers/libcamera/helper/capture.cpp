@@ -132,7 +132,7 @@ bool Capture::say_streaming() {
     std::vector<int> descriptors;
     for (const std::unique_ptr<Request> &request : requests_) {
         const FrameBuffer::Plane &luma = request->findBuffer(stream.stream())->planes().front();
-        report.places[descriptors.size()] = {luma.offset, luma.length};
+        report.planes[descriptors.size()] = {luma.offset, luma.length};
         descriptors.push_back(luma.fd.get());
     }
     return send(helper_socket, report, descriptors);

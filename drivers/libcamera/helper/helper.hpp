@@ -11,7 +11,7 @@
 
 namespace afterglow::libcam {
 
-/// What afterglowd asked for.
+/// The configuration that afterglowd asks for.
 struct CaptureRequest {
     std::string id;
     int width = 0;
@@ -20,7 +20,7 @@ struct CaptureRequest {
     std::vector<std::uint32_t> formats; ///< FourCCs of V4L2, the best first
 };
 
-/// The main thread's work. Each ends when there is no more to do or the other side is gone.
+/// Run by the main thread. Each returns when it is done or the other side has closed the socket.
 void list_cameras();
 void capture(const CaptureRequest &wanted);
 
@@ -28,7 +28,7 @@ void capture(const CaptureRequest &wanted);
 void say_failed(std::string_view sentence, int code);
 
 libcamera::PixelFormat pixel_format(std::uint32_t v4l2_code);
-/// A configuration of one stream, of the first of the wished-for formats that the camera has at
+/// A configuration of one stream, of the first of the requested formats that the camera has at
 /// this size. Returns nothing, and says so, if there is none.
 std::unique_ptr<libcamera::CameraConfiguration> configuration(libcamera::Camera &camera,
                                                               const CaptureRequest &wanted);

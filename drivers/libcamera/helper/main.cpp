@@ -7,10 +7,8 @@
 #include "drivers/libcamera/helper/helper.hpp"
 #include "drivers/libcamera/wire.hpp"
 
-#include <sys/prctl.h>
 #include <sys/socket.h>
 
-#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <sstream>
@@ -28,7 +26,7 @@ bool is_connected() {
            type == SOCK_SEQPACKET;
 }
 
-CaptureRequest wish_of(char **arguments) {
+CaptureRequest request_of(char **arguments) {
     CaptureRequest wanted;
     wanted.id = arguments[0];
     wanted.width = std::atoi(arguments[1]);
@@ -49,11 +47,10 @@ int main(int argc, char **argv) {
         std::fputs("afterglow-libcamera is started by afterglowd and afterglowctl\n", stderr);
         return 2;
     }
-    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
     if (verb == "list")
         list_cameras();
     else
-        capture(wish_of(argv + 2));
+        capture(request_of(argv + 2));
     // Without the library's own farewell, which can hang: the kernel takes all back.
     ::_exit(0);
 }

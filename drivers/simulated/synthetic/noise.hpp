@@ -8,7 +8,7 @@
 
 namespace afterglow {
 
-/// How a TOF camera errs. Metres; z is the true depth.
+/// The error model of a TOF camera. Metres; z is the true depth.
 struct TofNoise {
     double sigma_at_0 = 0.002;       ///< standard deviation of depth: sigma_at_0 +
     double sigma_per_square = 0.001; ///< sigma_per_square * z^2
@@ -22,7 +22,7 @@ struct TofNoise {
     double flying = 0.5;
     double edge = 0.05; ///< an edge is a step of more than this share of z
 
-    /// A camera that sees every depth as it is, to the millimetre.
+    /// No errors but rounding to millimetres.
     static TofNoise none() { return {0, 0, 0, 65.535, 0, 0, 0}; }
 };
 

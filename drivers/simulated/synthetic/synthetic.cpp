@@ -2,7 +2,7 @@
 #include "drivers/simulated/synthetic/synthetic.hpp"
 
 #include "drivers/simulated/sequence_rig.hpp"
-#include "drivers/simulated/synthetic/filmed_world.hpp"
+#include "drivers/simulated/synthetic/world_camera.hpp"
 
 #include <algorithm>
 #include <cerrno>
@@ -17,13 +17,13 @@ class SyntheticSequence : public FrameSequence {
 public:
     SyntheticSequence(const SyntheticOptions &options, SyntheticWorld world)
         : noise_(options.seed, options.noise ? world.tof : TofNoise::none()),
-          image_noise_(options.noise), film_(options, std::move(world)),
+          image_noise_(options.noise), camera_(options, std::move(world)),
           luma_(options.width, options.height) {}
 
-    const Intrinsics &intrinsics() const override { return film_.camera(); }
+    const Intrinsics &intrinsics() const override { return camera_.camera(); }
 
     std::optional<std::int64_t> time_ns(std::uint64_t k) const override {
-        return std::llround(film_.time_s(k) * 1e9);
+        return std::llround(camera_.time_s(k) * 1e9);
     }
 
     Status read_luma(std::uint64_t k, ImageView<std::uint8_t> luma) override {
@@ -45,13 +45,13 @@ private:
     /// An image and its depth are drawn at once, and most often asked for one after the other.
     void render(std::uint64_t k) {
         if (rendered_ != k)
-            z_ = film_.render(k, luma_);
+            z_ = camera_.render(k, luma_);
         rendered_ = k;
     }
 
     Noise noise_;
     bool image_noise_;
-    FilmedWorld film_;
+    WorldCamera camera_;
     Luma luma_;
     ImageView<const float> z_;
     std::optional<std::uint64_t> rendered_;

@@ -3,10 +3,10 @@
 
 #include "core/base/camera.hpp"
 #include "core/base/result.hpp"
-#include "drivers/source.hpp"
 #include "drivers/simulated/synthetic/motion.hpp"
 #include "drivers/simulated/synthetic/noise.hpp"
 #include "drivers/simulated/synthetic/scene.hpp"
+#include "drivers/source.hpp"
 
 #include <cstdint>
 
@@ -24,7 +24,7 @@ struct SyntheticOptions {
     double motion = 1;           ///< speed of the hand-held camera, relative; 0 = on a tripod
 };
 
-/// Something to look at, how the camera goes through it, and how well the TOF camera sees.
+/// A scene, the camera's motion through it, and the errors of the TOF camera.
 struct SyntheticWorld {
     Scene scene;
     Motion camera; ///< camera to world
@@ -37,9 +37,9 @@ SyntheticWorld make_world(const SyntheticOptions &options);
 /// The camera's: 525 pixels of focal length for 640 of width, the centre in the middle.
 Intrinsics synthetic_camera(const SyntheticOptions &options);
 
-/// make_world(), filmed. Options out of range are an Error.
+/// make_world(), seen by a moving camera. Options out of range are an Error.
 Result<Rig> open_synthetic(const SyntheticOptions &options);
-/// Any other world, filmed.
+/// The same with any other world.
 Result<Rig> open_synthetic(const SyntheticOptions &options, SyntheticWorld world);
 
 } // namespace afterglow

@@ -11,8 +11,8 @@
 
 namespace afterglow {
 
-/// What a synthetic rig's frames really show, for whoever scores them: the same options give the
-/// same world in every process. Image k is the one with ColorFrame::sequence k.
+/// The true depth and pose of a synthetic rig's frames, for the evaluation: equal options give
+/// equal worlds in every process. Image k is the one with ColorFrame::sequence k.
 class SyntheticTruth {
 public:
     explicit SyntheticTruth(const SyntheticOptions &options);

@@ -5,7 +5,7 @@
 record_room room 20 200
 # A map takes the emulated processor up to 20 ms from exposure to arrival, which it seems late by.
 tolerance=40
-film=$PWD/room plug_in 0 cam
+recording=$PWD/room plug_in 0 cam
 camera=${camera:-$(basename "$(by_id cam)")}
 run_daemon
 watch_depth "$bus" room 1000000 >frames.log &
@@ -17,13 +17,13 @@ fault cam unplug
 until_true 5 state_is color-lost
 expect daemon.log 'was unplugged'
 sleep 3
-film=$PWD/room plug_in 0 cam
+recording=$PWD/room plug_in 0 cam
 back_within 2000
 
 echo "-- it is unplugged in the middle of a frame"
 fault cam cut
 until_true 5 state_is color-lost
-film=$PWD/room plug_in 0 cam
+recording=$PWD/room plug_in 0 cam
 back_within 2000
 
 echo "-- it spoils, drops and stalls"
@@ -58,7 +58,7 @@ fault cam unplug
 echo unplug >testcam.fifo
 until_true 5 state_is color-lost
 sleep 3
-film=$PWD/room plug_in 0 cam
+recording=$PWD/room plug_in 0 cam
 echo plug >testcam.fifo
 back_within 2000 1
 until_true 5 state_is running

@@ -4,7 +4,7 @@
 . /vm/guest/rig.bash
 # So slow that the emulated processor keeps up with ease.
 record_room room 20 500 640 480
-film=$PWD/room plug_in 0 cam
+recording=$PWD/room plug_in 0 cam
 plug_in_testcam
 afterglowctl devices
 afterglowctl probe daemon.toml

@@ -6,7 +6,7 @@ record_room room 20 400
 fps=2.5
 # The camera's emulation shows an image up to 32 ms late at times.
 tolerance=100
-film=$PWD/room plug_in 0 cam
+recording=$PWD/room plug_in 0 cam
 camera=${camera:-$(basename "$(by_id cam)")}
 run_daemon
 mkdir published

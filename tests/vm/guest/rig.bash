@@ -64,11 +64,12 @@ load_vivid() {
     udevadm settle
 }
 
-# plug_in PORT SERIAL: a USB camera, which shows the recording $film if there is one; its faults are lines written to the file SERIAL.fifo.
+# plug_in PORT SERIAL: a USB camera, which plays $recording if that is set; its faults are lines
+# written to the file SERIAL.fifo.
 plug_in() {
     modprobe -a vhci_hcd uvcvideo
     [ -p "$2.fifo" ] || mkfifo "$2.fifo"
-    uvc_camera "$1" "$2" "$2.fifo" ${film:+"$film"} &
+    uvc_camera "$1" "$2" "$2.fifo" ${recording:+"$recording"} &
     until_true 20 test -e "$(by_id "$2")"
 }
 fault() { echo "$2" >"$1.fifo"; }

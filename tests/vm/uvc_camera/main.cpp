@@ -43,8 +43,8 @@ std::int64_t now_ns() {
 
 class Camera {
 public:
-    Camera(UsbipPort port, std::string serial, std::unique_ptr<Film> film)
-        : port_(std::move(port)), controls_(std::move(serial)), stream_(std::move(film)) {}
+    Camera(UsbipPort port, std::string serial, std::unique_ptr<ImageSequence> sequence)
+        : port_(std::move(port)), controls_(std::move(serial)), stream_(std::move(sequence)) {}
 
     int fd() const { return port_.fd(); }
 
@@ -149,17 +149,17 @@ private:
 };
 
 /// A recording's images, read ahead.
-class RecordedFilm final : public Film {
+class RecordedImages final : public ImageSequence {
 public:
-    static std::unique_ptr<Film> open(const char *folder) {
+    static std::unique_ptr<ImageSequence> open(const char *folder) {
         const Result<Recording> recording = open_recording(folder);
         if (!recording) {
             std::fprintf(stderr, "uvc_camera: %s\n", recording.error().message.c_str());
             std::exit(1);
         }
-        return std::make_unique<RecordedFilm>(*recording);
+        return std::make_unique<RecordedImages>(*recording);
     }
-    explicit RecordedFilm(const Recording &recording) : rounds_(recording) {
+    explicit RecordedImages(const Recording &recording) : rounds_(recording) {
         for (const Recording::Entry &entry : recording.entries) {
             images_.emplace_back(recording.camera.width, recording.camera.height);
             if (!read_luma(entry.color_path, images_.back()))
@@ -174,7 +174,8 @@ private:
     std::vector<Luma> images_;
 };
 
-int run(int port_number, const char *serial, const char *fifo, std::unique_ptr<Film> film) {
+int run(int port_number, const char *serial, const char *fifo,
+        std::unique_ptr<ImageSequence> sequence) {
     // Opened for writing too, so that it never ends.
     const UniqueFd commands(::open(fifo, O_RDWR | O_CLOEXEC));
     std::optional<UsbipPort> port = UsbipPort::plug_in(port_number);
@@ -182,7 +183,7 @@ int run(int port_number, const char *serial, const char *fifo, std::unique_ptr<F
         std::perror("uvc_camera");
         return 1;
     }
-    Camera camera(std::move(*port), serial, std::move(film));
+    Camera camera(std::move(*port), serial, std::move(sequence));
 
     const UniqueFd timer(::timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC | TFD_NONBLOCK));
     const itimerspec tick = {{0, 2'000'000}, {0, 2'000'000}};
@@ -221,5 +222,5 @@ int main(int argc, char **argv) {
         return 2;
     }
     return run(std::atoi(argv[1]), argv[2], argv[3],
-               argc == 5 ? RecordedFilm::open(argv[4]) : nullptr);
+               argc == 5 ? RecordedImages::open(argv[4]) : nullptr);
 }

@@ -51,7 +51,7 @@ std::size_t PayloadStream::fill(std::span<std::uint8_t> packet, std::int64_t t_n
 
 bool PayloadStream::begin_frame(std::int64_t t_ns) {
     if (next_ns_ == 0 || t_ns > next_ns_ + long_pause_ns)
-        begin_interval(film_ ? t_ns : t_ns - std::int64_t{choice_.interval} * 100);
+        begin_interval(sequence_ ? t_ns : t_ns - std::int64_t{choice_.interval} * 100);
     // Drawn ahead, as it takes the emulated processor many milliseconds.
     if (!std::exchange(drawn_, true))
         draw();
@@ -79,15 +79,15 @@ bool PayloadStream::begin_frame(std::int64_t t_ns) {
 void PayloadStream::begin_interval(std::int64_t t_ns) {
     next_ns_ = t_ns + std::int64_t{choice_.interval} * 100;
     drawn_ = false;
-    if (film_) {
-        const Rounds::Frame frame = film_->next(t_ns);
+    if (sequence_) {
+        const Rounds::Frame frame = sequence_->next(t_ns);
         next_ns_ = frame.due_ns;
-        film_image_ = frame.number;
+        image_ = frame.number;
     }
 }
 
 std::uint8_t PayloadStream::luma(int u, int v) const {
-    return film_ ? film_->image(film_image_)(u, v) : pattern(index_ + 1, v);
+    return sequence_ ? sequence_->image(image_)(u, v) : pattern(index_ + 1, v);
 }
 
 void PayloadStream::draw() {

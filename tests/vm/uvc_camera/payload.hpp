@@ -26,21 +26,22 @@ struct Faults {
 };
 
 /// Images to send in place of a test pattern, of one of the camera's sizes.
-class Film {
+class ImageSequence {
 public:
-    virtual ~Film() = default;
+    virtual ~ImageSequence() = default;
     /// The first image that is due after `t_ns`, CLOCK_MONOTONIC.
     virtual Rounds::Frame next(std::int64_t t_ns) const = 0;
     virtual const Luma &image(std::uint64_t number) const = 0;
 };
 
-/// Cuts the images of a test pattern (test_pattern.hpp), or of a film, into the packets of a UVC
-/// stream.
+/// Cuts the images of a test pattern (test_pattern.hpp), or of a sequence, into the packets of a
+/// UVC stream.
 class PayloadStream {
 public:
     Faults faults;
 
-    explicit PayloadStream(std::unique_ptr<Film> film) : film_(std::move(film)) {}
+    explicit PayloadStream(std::unique_ptr<ImageSequence> sequence)
+        : sequence_(std::move(sequence)) {}
     /// Begins anew; the count of images goes on, as a sensor's does.
     void start(const StreamChoice &choice);
     /// Writes what the camera sends in the packet at time `t_ns`; returns how many bytes, 0 where
@@ -56,8 +57,8 @@ private:
     /// Draws the next image.
     void draw();
 
-    std::unique_ptr<Film> film_;   ///< or none
-    std::uint64_t film_image_ = 0; ///< that is next
+    std::unique_ptr<ImageSequence> sequence_; ///< or none
+    std::uint64_t image_ = 0;                 ///< that is next
     StreamChoice choice_;
     std::vector<std::uint8_t> frame_; ///< being sent, and then the next
     bool drawn_ = false;              ///< the next

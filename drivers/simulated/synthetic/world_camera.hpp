@@ -9,14 +9,14 @@
 
 namespace afterglow {
 
-/// A world and the camera that goes through it, frame by frame and without noise.
-class FilmedWorld {
+/// A synthetic world and the camera that moves through it, without sensor noise.
+class WorldCamera {
 public:
-    FilmedWorld(const SyntheticOptions &options, SyntheticWorld world)
+    WorldCamera(const SyntheticOptions &options, SyntheticWorld world)
         : world_(std::move(world)), camera_(synthetic_camera(options)), fps_(options.fps),
           renderer_(world_.scene, camera_) {}
-    FilmedWorld(const FilmedWorld &) = delete; // the renderer holds on to the scene
-    FilmedWorld &operator=(const FilmedWorld &) = delete;
+    WorldCamera(const WorldCamera &) = delete; // the renderer holds on to the scene
+    WorldCamera &operator=(const WorldCamera &) = delete;
 
     const Intrinsics &camera() const { return camera_; }
     double time_s(std::uint64_t k) const { return static_cast<double>(k) / fps_; }

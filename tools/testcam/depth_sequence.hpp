@@ -14,9 +14,9 @@ namespace afterglow::testcam {
 
 /// The depth that the camera sees: a recording, played in rounds in step with the driver "replay",
 /// or a synthetic room.
-class Film {
+class DepthSequence {
 public:
-    virtual ~Film() = default;
+    virtual ~DepthSequence() = default;
     virtual const Intrinsics &camera() const = 0;
     virtual double fps() const = 0;
     /// The first frame that is exposed after `after_ns`, CLOCK_MONOTONIC.
@@ -24,6 +24,6 @@ public:
     virtual Status read(std::uint64_t number, ImageView<std::uint16_t> depth_mm) = 0;
 };
 
-Result<std::unique_ptr<Film>> open_film(const Settings &settings);
+Result<std::unique_ptr<DepthSequence>> open_depth_sequence(const Settings &settings);
 
 } // namespace afterglow::testcam

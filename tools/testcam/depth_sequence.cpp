@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/testcam/film.hpp"
+#include "tools/testcam/depth_sequence.hpp"
 
 #include "drivers/files/recording.hpp"
 #include "drivers/simulated/sequence_rig.hpp"
@@ -12,9 +12,9 @@
 namespace afterglow::testcam {
 namespace {
 
-class RecordedFilm final : public Film {
+class RecordedDepth final : public DepthSequence {
 public:
-    RecordedFilm(Recording recording, double speed)
+    RecordedDepth(Recording recording, double speed)
         : recording_(std::move(recording)), rounds_(recording_, speed) {}
 
     const Intrinsics &camera() const override { return recording_.camera; }
@@ -32,9 +32,9 @@ private:
     const Rounds rounds_;
 };
 
-class SyntheticFilm final : public Film {
+class SyntheticDepth final : public DepthSequence {
 public:
-    SyntheticFilm() : camera_(synthetic_camera(options())), truth_(options()) {}
+    SyntheticDepth() : camera_(synthetic_camera(options())), truth_(options()) {}
 
     const Intrinsics &camera() const override { return camera_; }
     double fps() const override { return options().fps; }
@@ -60,14 +60,14 @@ private:
 
 } // namespace
 
-Result<std::unique_ptr<Film>> open_film(const Settings &settings) {
+Result<std::unique_ptr<DepthSequence>> open_depth_sequence(const Settings &settings) {
     if (settings.recording.empty())
-        return std::unique_ptr<Film>(std::make_unique<SyntheticFilm>());
+        return std::unique_ptr<DepthSequence>(std::make_unique<SyntheticDepth>());
     Result<Recording> recording = open_recording(settings.recording);
     if (!recording)
         return recording.error();
-    return std::unique_ptr<Film>(
-        std::make_unique<RecordedFilm>(*std::move(recording), settings.speed));
+    return std::unique_ptr<DepthSequence>(
+        std::make_unique<RecordedDepth>(*std::move(recording), settings.speed));
 }
 
 } // namespace afterglow::testcam

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "drivers/illuminator/illuminators.hpp"
 #include "drivers/openni2/openni2.hpp"
 
 #include <utility>
@@ -29,7 +30,7 @@ public:
         : device_(std::move(device)), switch_light_(switch_light) {
         static_cast<void>(set(false));
     }
-    ~OpenNi2Light() override { static_cast<void>(set(false)); }
+    ~OpenNi2Light() override { leave_dark(*this); }
     Status set(bool lit) override {
         Status done = switch_light_(*device_, lit);
         if (done)

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include <optional>
+#include <string>
+
+namespace afterglow {
+
+/// The first word of a command line that CLI11 has refused because it names none of `app`'s
+/// subcommands; nothing where it was refused for something else.
+std::optional<std::string> unknown_command(const CLI::App &app);
+
+/// `there is no command "stauts", did you mean "status"?`
+std::string no_such_command(const CLI::App &app, const std::string &name);
+
+} // namespace afterglow
