@@ -130,7 +130,7 @@ constexpr Parameter<const Tuning> parameters[] = {
     {"alignment.pixel_noise",
      {.minimum = 0.1, .maximum = 50, .unit = "grey values"},
      "image noise (one sigma)",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.alignment.pixel_noise; }},
+     [](const Tuning &t) -> Field { return &t.estimator.keyframe.alignment_template.pixel_noise; }},
     {"alignment.blur_px",
      {.minimum = 0, .maximum = 5, .unit = "pixels"},
      "how far a gradient may be from where it seems",
