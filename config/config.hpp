@@ -2,12 +2,12 @@
 #pragma once
 
 #include "core/base/camera.hpp"
+#include "core/base/result.hpp"
 #include "core/estimator_options.hpp"
 #include "core/gate.hpp"
-#include "ipc/power_model.hpp"
-#include "core/base/result.hpp"
 #include "drivers/simulated/replay.hpp"
 #include "drivers/simulated/synthetic/synthetic.hpp"
+#include "ipc/power_model.hpp"
 
 #include <cstdint>
 #include <string>
