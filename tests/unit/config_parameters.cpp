@@ -137,11 +137,11 @@ TEST_CASE("a printed configuration loads again to the same configuration") {
         INFO(row.key);
         if (row.key.ends_with(".driver"))
             continue; // they need each other
-        if (const auto *const *flag = std::get_if<bool *>(&row.field))
+        if (auto *const *flag = std::get_if<bool *>(&row.field))
             **flag = !**flag;
         else if (!allowed.choices.empty())
             REQUIRE(assign_text(row, allowed.choices.back()));
-        else if (const auto *const *text = std::get_if<std::string *>(&row.field))
+        else if (auto *const *text = std::get_if<std::string *>(&row.field))
             **text = "/a \"quoted\" \\ \x1b\n\t'text' # \xc3\xb6";
         else if (!assign(row, 0.9 * allowed.minimum + 0.1 * allowed.maximum))
             for (int steps = 1; toml_value(row) == before; ++steps)
