@@ -30,7 +30,7 @@ enum class LightDriver : std::uint8_t {
 /// How an OpenNI2 device wants its emitter's state: devices refuse, or misread, another size.
 enum class EmitterPayload : std::uint8_t { u8, i32, u64 };
 
-/// What afterglowd is told by its configuration file (config/afterglowd.toml explains each key).
+/// What afterglowd is told by its configuration file (docs/configuration.md explains each key).
 struct Config {
     struct Daemon {
         std::string bus = "system";       ///< "system", "session" or a D-Bus address

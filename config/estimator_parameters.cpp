@@ -78,7 +78,7 @@ void add_keyframe(ParameterTable &table, KeyframeOptions &k) {
     table.add("sensor.quadratic_per_m", &k.surface.noise.quadratic_per_m, {0, 1, "1/m"},
               "Term of the noise in z^2; set it from the sensor's data sheet.");
     table.add(
-        "sensor.least_relative", &k.surface.noise.least_relative, {0, 0.1, "of depth"},
+        "sensor.least_relative", &k.surface.noise.least_relative, {0.0001, 0.1, "of depth"},
         "Least noise of any reading; raise it where the formula promises too little close by.");
     table.add("sensor.nearest_m", &k.surface.nearest_m, {0, 65, "m", "sensor.farthest_m"},
               "Nearer readings are ignored; raise it to the sensor's shortest range.");
