@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/config.hpp"
 
-#include "config/config_parameters.hpp"
-#include "config/estimator_parameters.hpp"
+#include "config/parameter_table.hpp"
+#include "core/base/printable.hpp"
 
 #include <fmt/format.h>
 #include <toml++/toml.h>
@@ -12,6 +12,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <optional>
 #include <sstream>
 #include <tuple>
@@ -20,26 +21,6 @@
 
 namespace afterglow {
 namespace {
-
-/// A key that may be written, and the variable it sets.
-struct Key {
-    std::string name;
-    Field field;
-    Allowed allowed;
-};
-
-std::vector<Key> keys_of(Config &config) {
-    std::vector<Key> keys;
-    for (const auto &parameter : config_parameters())
-        keys.push_back({std::string(parameter.key), parameter.field(config), parameter.allowed});
-    const Tuning tuning{config.estimator, config.gate};
-    for (const auto &parameter : estimator_parameters()) {
-        const bool of_gate = parameter.key.substr(0, 5) == "gate.";
-        keys.push_back({(of_gate ? "" : "estimator.") + std::string(parameter.key),
-                        parameter.field(tuning), parameter.allowed});
-    }
-    return keys;
-}
 
 /// The value of a node, unless it is of a kind that no key takes.
 std::optional<Value> value_of(const toml::node &node) {
@@ -57,7 +38,7 @@ std::optional<Value> value_of(const toml::node &node) {
 /// Takes a parsed document into a Config and gathers what is wrong with it.
 class Loader {
 public:
-    explicit Loader(std::string path) : path_(std::move(path)), keys_(keys_of(config_)) {}
+    explicit Loader(std::string path) : path_(std::move(path)) {}
 
     Result<Config> load(const toml::table &document) {
         // First, so that every other key of [estimator] overrides it.
@@ -65,6 +46,7 @@ public:
             config_.estimator = estimator_preset(*name).value_or(config_.estimator);
         take_table(document, "");
         check_drivers(document);
+        check_conflicts();
         if (problems_.empty()) {
             resolve_paths();
             return std::move(config_);
@@ -73,8 +55,8 @@ public:
                          [](const Problem &a, const Problem &b) { return a.line < b.line; });
         std::string lines;
         for (const Problem &problem : problems_)
-            lines += fmt::format("{}{}:{}: {}", lines.empty() ? "" : "\n", path_, problem.line,
-                                 problem.sentence);
+            lines += fmt::format("{}{}:{}: {}", lines.empty() ? "" : "\n", printable(path_),
+                                 problem.line, problem.sentence);
         return Error{lines, EINVAL};
     }
 
@@ -85,14 +67,15 @@ private:
     };
 
     void problem(unsigned line, std::string_view key, std::string_view what) {
-        problems_.push_back({std::max(line, 1U), fmt::format("{}: {}", key, what)});
+        problems_.push_back({std::max(line, 1U), fmt::format("{}: {}", printable(key), what)});
     }
 
     void take_table(const toml::table &table, const std::string &prefix) {
         for (const auto &[key, node] : table) {
             const std::string name = prefix + std::string(key.str());
             const unsigned line = key.source().begin.line;
-            if (const auto *inner = node.as_table(); inner && is_table(name))
+            lines_[name] = line;
+            if (const auto *inner = node.as_table(); inner && table_.has_section(name))
                 take_table(*inner, name + ".");
             else
                 take_value(name, node, line);
@@ -100,35 +83,26 @@ private:
     }
 
     void take_value(const std::string &name, const toml::node &node, unsigned line) {
-        const auto key = std::find_if(keys_.begin(), keys_.end(),
-                                      [&](const Key &candidate) { return candidate.name == name; });
-        if (key == keys_.end()) {
-            problem(line, name, unknown(name, node.is_table()));
+        const Parameter *parameter = table_.find(name);
+        if (!parameter) {
+            problem(line, name,
+                    table_.has_section(name) ? "this is a table, not a value"
+                                             : table_.unknown(name, node.is_table()));
         } else if (const auto value = value_of(node)) {
-            if (const Status assigned = assign(key->field, key->allowed, *value); !assigned)
+            if (const Status assigned = assign(*parameter, *value); !assigned)
                 problem(line, name, assigned.error().message);
         } else {
             problem(line, name,
-                    fmt::format("this kind of value is not allowed ({})",
-                                describe(key->field, key->allowed)));
+                    fmt::format("this kind of value is not allowed ({})", describe(*parameter)));
         }
     }
 
-    bool is_table(std::string_view name) const {
-        const std::string prefix = std::string(name) + ".";
-        return std::any_of(keys_.begin(), keys_.end(), [&](const Key &key) {
-            return key.name.compare(0, prefix.size(), prefix) == 0;
-        });
-    }
-
-    std::string unknown(const std::string &name, bool table) const {
-        if (is_table(name))
-            return "this is a table, not a value";
-        std::vector<std::string> names;
-        for (const Key &key : keys_)
-            names.push_back(table ? key.name.substr(0, key.name.rfind('.')) : key.name);
-        return fmt::format("there is no such {}{}", table ? "table" : "key",
-                           suggestion(name, names));
+    /// Parameters that contradict each other. A key that the file leaves out has line 0.
+    void check_conflicts() {
+        if (!problems_.empty())
+            return;
+        for (const auto &[key, other, sentence] : table_.conflicts())
+            problem(std::max(lines_[std::string(key)], lines_[std::string(other)]), key, sentence);
     }
 
     void check_drivers(const toml::table &document) {
@@ -141,7 +115,7 @@ private:
             const auto table = document[device];
             const std::string name = fmt::format("{}.driver", device);
             problem(table ? table.node()->source().begin.line : 1, name,
-                    fmt::format("is missing ({})", allowed_for(name)));
+                    fmt::format("is missing ({})", describe(*table_.find(name))));
         }
         if (!problems_.empty())
             return;
@@ -150,18 +124,12 @@ private:
             check_devices();
     }
 
-    std::string allowed_for(std::string_view name) const {
-        const auto key = std::find_if(keys_.begin(), keys_.end(),
-                                      [&](const Key &candidate) { return candidate.name == name; });
-        return describe(key->field, key->allowed);
-    }
-
     /// A simulated TOF camera measures what its own colour camera sees, in its own light.
     void check_combination() {
-        const std::string color = name_of(config_.color.driver);
-        const std::string tof = name_of(config_.tof.driver);
-        const std::string light = name_of(config_.illuminator.driver);
-        const auto is_simulated = [](const std::string &driver) {
+        const std::string_view color = driver_of("color.driver");
+        const std::string_view tof = driver_of("tof.driver");
+        const std::string_view light = driver_of("illuminator.driver");
+        const auto is_simulated = [](std::string_view driver) {
             return driver == "synthetic" || driver == "replay";
         };
         if ((is_simulated(tof) || is_simulated(light)) && (tof != light || color != tof))
@@ -204,27 +172,31 @@ private:
         default:
             break;
         }
+        if (light.on == light.off &&
+            (light.driver == LightDriver::led ||
+             (light.driver == LightDriver::v4l2_control && light.off_control.empty())))
+            problem(std::max(lines_["illuminator.on"], lines_["illuminator.off"]), "illuminator.on",
+                    fmt::format("{} is not allowed (the same as illuminator.off: the light would "
+                                "never go dark)",
+                                light.on));
     }
 
-    template <class Driver>
-    std::string name_of(const Driver &driver) const {
-        const auto *place = reinterpret_cast<const unsigned char *>(&driver);
-        for (const Key &key : keys_)
-            if (const auto *field = std::get_if<EnumField>(&key.field);
-                field && field->place == place)
-                return std::string(key.allowed.choices[*place]);
-        return {};
+    /// The name of the driver that is chosen by `key`.
+    std::string_view driver_of(std::string_view key) const {
+        const Parameter &parameter = *table_.find(key);
+        return parameter.allowed.choices[*std::get_if<EnumField>(&parameter.field)->index];
     }
 
     void resolve_paths() {
         if (!config_.replay.path.empty())
             config_.replay.path =
-                (std::filesystem::path(path_).parent_path() / config_.replay.path).string();
+                (std::filesystem::absolute(path_).parent_path() / config_.replay.path).string();
     }
 
     std::string path_;
     Config config_;
-    std::vector<Key> keys_;
+    ParameterTable table_ = ParameterTable::of(config_);
+    std::map<std::string, unsigned> lines_; ///< of the keys in the file
     std::vector<Problem> problems_;
     unsigned last_driver_line_ = 1;
 };
@@ -237,9 +209,9 @@ Result<std::string> read_text(const std::string &path) {
         text << file.rdbuf();
     // An empty file is readable, but streams nothing.
     if (!file || (!text && errno != 0))
-        return Error{
-            fmt::format("{}: cannot be read: {}", path, std::strerror(errno != 0 ? errno : EIO)),
-            errno != 0 ? errno : EIO};
+        return Error{fmt::format("{}: cannot be read: {}", printable(path),
+                                 std::strerror(errno != 0 ? errno : EIO)),
+                     errno != 0 ? errno : EIO};
     return text.str();
 }
 
@@ -253,7 +225,8 @@ Result<Config> load_config(const std::string &path) {
     try {
         document = toml::parse(*text);
     } catch (const toml::parse_error &error) {
-        return Error{fmt::format("{}:{}: {}", path, error.source().begin.line, error.description()),
+        return Error{fmt::format("{}:{}: {}", printable(path), error.source().begin.line,
+                                 printable(error.description())),
                      EINVAL};
     }
     return Loader(path).load(document);

@@ -2,12 +2,12 @@
 #pragma once
 
 #include "core/base/camera.hpp"
+#include "core/base/result.hpp"
 #include "core/estimator_options.hpp"
 #include "core/gate.hpp"
-#include "ipc/power_model.hpp"
-#include "core/base/result.hpp"
 #include "drivers/simulated/replay.hpp"
 #include "drivers/simulated/synthetic/synthetic.hpp"
+#include "ipc/power_model.hpp"
 
 #include <cstdint>
 #include <string>
@@ -30,7 +30,7 @@ enum class LightDriver : std::uint8_t {
 /// How an OpenNI2 device wants its emitter's state: devices refuse, or misread, another size.
 enum class EmitterPayload : std::uint8_t { u8, i32, u64 };
 
-/// What afterglowd is told by its configuration file (config/afterglowd.toml explains each key).
+/// What afterglowd is told by its configuration file (docs/configuration.md explains each key).
 struct Config {
     struct Daemon {
         std::string bus = "system";       ///< "system", "session" or a D-Bus address

@@ -1,259 +1,212 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "config/estimator_parameters.hpp"
-
-#include <fmt/format.h>
-
-#include <cerrno>
-#include <string>
-#include <vector>
+#include "config/parameter_table.hpp"
 
 namespace afterglow {
 namespace {
 
-constexpr std::string_view preset_names[] = {"default", "paper"};
-// In the order of enum GateMode.
-constexpr std::string_view gate_modes[] = {"auto", "always-on", "interval", "off"};
+void add_paper(ParameterTable &table, EstimatorOptions &e) {
+    table.section("flow", "Preset paper: sparse motion between two images by block matching.",
+                  Method::paper);
+    table.add("flow.grid", &e.flow.grid, {2, 64, "points"},
+              "Points along each side of the uniform grid that is tracked; lower it to save time, "
+              "raise it where few points have texture.");
+    table.add("flow.block", &e.flow.block,
+              {.minimum = 3, .maximum = 63, .unit = "pixels", .step = 2},
+              "Side of the block compared around a point; raise it for noisy images, lower it near "
+              "depth edges.");
+    table.add("flow.step", &e.flow.step, {1, 64, "pixels"},
+              "First step of the three-step search, halved down to 1; raise it for faster motion "
+              "between two images.");
+    table.section("ransac", "Preset paper: the pose from that motion.", Method::paper);
+    table.add("ransac.draws", &e.ransac.draws, {1, 10000},
+              "Pose hypotheses drawn for each image; raise it when many matches are wrong, lower "
+              "it to save time.");
+    table.add("ransac.hypothesis_iterations", &e.ransac.hypothesis_iterations, {1, 100},
+              "Gauss-Newton steps on the 3 matches of a draw; raise it for large motion.");
+    table.add("ransac.refine_iterations", &e.ransac.refine_iterations, {1, 100},
+              "Gauss-Newton steps on the inliers of the best draw; raise it for large motion.");
+    table.add(
+        "ransac.threshold", &e.ransac.threshold, {0.01, 10000, "square pixels"},
+        "Largest squared residual of an inlier; raise it for noisy or wrongly calibrated images.");
+    table.add("ransac.min_inliers", &e.ransac.min_inliers, {0, 100, "percent"},
+              "Share of the grid that an accepted pose must explain, below which a measurement is "
+              "asked for; raise it for less error at a higher duty cycle.");
+    table.add("ransac.seed", &e.ransac.seed, {0, 4294967295},
+              "Seed of the draws, the same for the same depth; change it to see how much depends "
+              "on chance.");
+}
 
-constexpr Parameter<const Tuning> parameters[] = {
-    {"flow.grid",
-     {.minimum = 2, .maximum = 64, .unit = "points"},
-     "points along each side of the uniform grid that is tracked",
-     [](const Tuning &t) -> Field { return &t.estimator.flow.grid; }},
-    {"flow.block",
-     {.minimum = 3, .maximum = 63, .unit = "pixels", .step = 2},
-     "side of the block compared around a point",
-     [](const Tuning &t) -> Field { return &t.estimator.flow.block; }},
-    {"flow.step",
-     {.minimum = 1, .maximum = 64, .unit = "pixels"},
-     "first step of the three-step search; halved down to 1",
-     [](const Tuning &t) -> Field { return &t.estimator.flow.step; }},
-    {"ransac.draws",
-     {.minimum = 1, .maximum = 10000},
-     "pose hypotheses drawn for each image",
-     [](const Tuning &t) -> Field { return &t.estimator.ransac.draws; }},
-    {"ransac.hypothesis_iterations",
-     {.minimum = 1, .maximum = 100},
-     "Gauss-Newton steps on the 3 matches of a draw",
-     [](const Tuning &t) -> Field { return &t.estimator.ransac.hypothesis_iterations; }},
-    {"ransac.refine_iterations",
-     {.minimum = 1, .maximum = 100},
-     "Gauss-Newton steps on the inliers of a draw",
-     [](const Tuning &t) -> Field { return &t.estimator.ransac.refine_iterations; }},
-    {"ransac.threshold",
-     {.minimum = 0.01, .maximum = 10000, .unit = "square pixels"},
-     "largest squared residual of an inlier",
-     [](const Tuning &t) -> Field { return &t.estimator.ransac.threshold; }},
-    {"ransac.min_inliers",
-     {.minimum = 0, .maximum = 100, .unit = "percent"},
-     "share of the grid that an accepted pose explains; less asks for a measurement",
-     [](const Tuning &t) -> Field { return &t.estimator.ransac.min_inliers; }},
-    {"ransac.seed",
-     {.minimum = 0, .maximum = 4294967295},
-     "seed of the draws: the same seed gives the same depth",
-     [](const Tuning &t) -> Field { return &t.estimator.ransac.seed; }},
-    {"motion.speed",
-     {.minimum = 0.001, .maximum = 10, .unit = "m/s"},
-     "how fast the camera is usually moved (one sigma)",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.motion.speed; }},
-    {"motion.angular_acceleration",
-     {.minimum = 0, .maximum = 10000, .unit = "rad/s^2"},
-     "how fast the rate at which it turns changes (one sigma)",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.motion.angular_acceleration; }},
-    {"motion.readout_s",
-     {.minimum = 0, .maximum = 0.1, .unit = "s"},
-     "rolling shutter: from the first row to the last; 0 = global shutter",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.motion.readout_s; }},
-    {"self_calibration.tilt",
-     {.minimum = 0, .maximum = 0.3, .unit = "rad"},
-     "between the TOF camera's axis and the colour camera's (one sigma); 0 = not learnt",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.self_calibration.tilt; }},
-    {"self_calibration.curvature",
-     {.minimum = 0, .maximum = 0.3},
-     "share by which depth is bent at 45 degrees off the axis (one sigma); 0 = not learnt",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.self_calibration.curvature; }},
-    {"self_calibration.lag_s",
-     {.minimum = 0, .maximum = 0.1, .unit = "s"},
-     "between the exposures of an image and its depth map (one sigma); 0 = not learnt",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.self_calibration.lag_s; }},
-    {"self_calibration.pair_error",
-     {.minimum = 0.1, .maximum = 100, .unit = "of these sigmas"},
-     "systematic error of what one pair of maps tells",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.self_calibration.pair_error; }},
-    {"sensor.floor_m",
-     {.minimum = -1, .maximum = 1, .unit = "m"},
-     "TOF noise: sigma(z) = floor + linear z + quadratic z^2",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.surface.noise.floor_m; }},
-    {"sensor.linear",
-     {.minimum = -1, .maximum = 1, .unit = "m/m"},
-     "TOF noise, the term in z",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.surface.noise.linear; }},
-    {"sensor.quadratic_per_m",
-     {.minimum = 0, .maximum = 1, .unit = "1/m"},
-     "TOF noise, the term in z^2",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.surface.noise.quadratic_per_m; }},
-    {"sensor.least_relative",
-     {.minimum = 0, .maximum = 0.1, .unit = "of depth"},
-     "TOF noise is never less",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.surface.noise.least_relative; }},
-    {"sensor.nearest_m",
-     {.minimum = 0, .maximum = 65, .unit = "m"},
-     "readings nearer than this are none",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.surface.nearest_m; }},
-    {"sensor.farthest_m",
-     {.minimum = 0.1, .maximum = warped_farthest_m, .unit = "m"},
-     "readings further than this are none",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.surface.farthest_m; }},
-    {"surface.edge_relative",
-     {.minimum = 0.001, .maximum = 1, .unit = "of depth"},
-     "step between neighbours that parts two surfaces",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.surface.edge_relative; }},
-    {"surface.smooth_radius_px",
-     {.minimum = 0, .maximum = 8, .unit = "pixels"},
-     "half the window of the edge-preserving smoothing; 0 = none",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.surface.smooth_radius_px; }},
-    {"template.points_per_level",
-     {.minimum = 100, .maximum = 100000, .unit = "points"},
-     "most textured points that are aligned, for each pyramid level",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.alignment_template.points_per_level; }},
-    {"template.finest_level",
-     {.minimum = 1, .maximum = 6, .unit = "halvings"},
-     "finest pyramid level that is aligned",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.alignment_template.finest_level; }},
-    {"template.coarsest_level",
-     {.minimum = 1, .maximum = 6, .unit = "halvings"},
-     "coarsest pyramid level that is aligned",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.alignment_template.coarsest_level; }},
-    {"alignment.iterations_per_level",
-     {.minimum = 1, .maximum = 100},
-     "most Gauss-Newton steps on a pyramid level",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.alignment.iterations_per_level; }},
-    {"alignment.pixel_noise",
-     {.minimum = 0.1, .maximum = 50, .unit = "grey values"},
-     "image noise (one sigma)",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.alignment.pixel_noise; }},
-    {"alignment.blur_px",
-     {.minimum = 0, .maximum = 5, .unit = "pixels"},
-     "how far a gradient may be from where it seems",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.alignment.blur_px; }},
-    {"alignment.independent_share",
-     {.minimum = 0.0001, .maximum = 1, .unit = "of the points"},
-     "share of the points whose errors are independent",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.alignment.independent_share; }},
-    {"alignment.least_inlier_share",
-     {.minimum = 0, .maximum = 1, .unit = "of the points"},
-     "a pose that fewer agree with is not believed",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.alignment.least_inlier_share; }},
-    {"alignment.least_correlation",
-     {.minimum = 0, .maximum = 1, .unit = ""},
-     "a pose at which the image looks less like the keyframe's is not believed",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.alignment.least_correlation; }},
-    {"alignment.least_points",
-     {.minimum = 12, .maximum = 100000, .unit = "points"},
-     "a pose that fewer points tell is not believed",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.alignment.least_points; }},
-    {"warp.least_edge_distance_px",
-     {.minimum = 1, .maximum = 7, .unit = "pixels"},
-     "readings nearer to a depth edge are not carried; 1 = all are",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.warp.least_edge_distance_px; }},
-    {"warp.crack_px",
-     {.minimum = 0, .maximum = 2, .unit = "pixels"},
-     "widest crack that is filled; 0 = none",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.warp.crack_px; }},
-    {"compose.keyframes",
-     {.minimum = 1, .maximum = 16, .unit = "maps"},
-     "measured maps that are kept",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.compose.keyframes; }},
-    {"compose.maps_per_frame",
-     {.minimum = 1, .maximum = 16, .unit = "maps"},
-     "most maps warped into one frame",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.compose.maps_per_frame; }},
-    {"compose.newest_bonus",
-     {.minimum = 0, .maximum = 100, .unit = "percent"},
-     "an earlier map is aligned with only if so much more of it is in view",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.compose.newest_bonus; }},
-    {"compose.most_disagreement",
-     {.minimum = 0, .maximum = 100, .unit = "percent"},
-     "earlier maps that differ from the reference by more are not used",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.compose.most_disagreement; }},
-    {"error.edge_registration_px",
-     {.minimum = 0, .maximum = 20, .unit = "pixels"},
-     "misplacement of depth edges in measured maps (one sigma)",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.error.edge_registration_px; }},
-    {"error.intrinsics",
-     {.minimum = 0, .maximum = 1, .unit = "of motion"},
-     "pixels of error per pixel of motion: lens distortion and wrong intrinsics",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.error.intrinsics; }},
-    {"error.shared_noise",
-     {.minimum = 0, .maximum = 1, .unit = "of sigma"},
-     "part of the sensor's noise that smoothing leaves",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.error.shared_noise; }},
-    {"error.moving_error",
-     {.minimum = 0, .maximum = 1, .unit = "of depth"},
-     "error of pixels that move against the scene",
-     [](const Tuning &t) -> Field { return &t.estimator.keyframe.error.moving_error; }},
-    {"gate.mode",
-     {.choices = gate_modes},
-     "who decides when the TOF camera is lit",
-     [](const Tuning &t) -> Field { return enum_field(t.gate.mode); }},
-    {"gate.interval_frames",
-     {.minimum = 1, .maximum = 100000, .unit = "frames"},
-     "in mode interval: one frame in so many is measured",
-     [](const Tuning &t) -> Field { return &t.gate.interval_frames; }},
-    {"gate.target_mre",
-     {.minimum = 0.01, .maximum = 100, .unit = "percent"},
-     "mode auto: mean relative error aimed at",
-     [](const Tuning &t) -> Field { return &t.gate.target_mre; }},
-    {"gate.worthwhile",
-     {.minimum = 1, .maximum = 100, .unit = "percent"},
-     "mode auto: a measurement must promise to lower the error to this share",
-     [](const Tuning &t) -> Field { return &t.gate.worthwhile; }},
-    {"gate.coverage_floor",
-     {.minimum = 0, .maximum = 100, .unit = "percent"},
-     "mode auto: of what a measurement would cover, at least",
-     [](const Tuning &t) -> Field { return &t.gate.coverage_floor; }},
-    {"gate.shortest_interval_frames",
-     {.minimum = 1, .maximum = 100000, .unit = "frames"},
-     "mode auto: from one measurement to the next, at least",
-     [](const Tuning &t) -> Field { return &t.gate.shortest_interval_frames; }},
-    {"gate.longest_interval_frames",
-     {.minimum = 1, .maximum = 100000, .unit = "frames"},
-     "mode auto: from one measurement to the next, at most",
-     [](const Tuning &t) -> Field { return &t.gate.longest_interval_frames; }},
-    {"gate.duty_cycle_budget",
-     {.minimum = 0.01, .maximum = 100, .unit = "percent"},
-     "mode auto: frames lit in the long run, at most; 100 = no budget",
-     [](const Tuning &t) -> Field { return &t.gate.duty_cycle_budget; }},
-    {"gate.budget_burst",
-     {.minimum = 1, .maximum = 1000, .unit = "frames"},
-     "mode auto: lit frames that the budget lets be saved up",
-     [](const Tuning &t) -> Field { return &t.gate.budget_burst; }},
-};
+void add_keyframe(ParameterTable &table, KeyframeOptions &k) {
+    const Method method = Method::keyframe;
+    table.section("motion", "Preset default: how the camera is moved.", method);
+    table.add("motion.speed", &k.motion.speed, {0.001, 10, "m/s"},
+              "How fast the camera is usually moved (one sigma); raise it for vehicles, lower it "
+              "for a camera on a stand.");
+    table.add("motion.angular_acceleration", &k.motion.angular_acceleration, {0, 10000, "rad/s^2"},
+              "How fast the camera's turning rate usually changes (one sigma); raise it for shaken "
+              "cameras.");
+    table.add("motion.readout_s", &k.motion.readout_s, {0, 0.1, "s"},
+              "Time from reading the first row of an image to the last; 0 for a global shutter, "
+              "raise it for a slow rolling shutter.");
+    table.section("self_calibration",
+                  "Preset default: what may be wrong with the TOF camera's depth before it is "
+                  "learnt from measurements.",
+                  method);
+    table.add("self_calibration.tilt", &k.self_calibration.tilt, {0, 0.3, "rad"},
+              "Angle between the axes of the TOF camera and the colour camera (one sigma); 0 does "
+              "not learn it, for cameras calibrated well.");
+    table.add("self_calibration.curvature", &k.self_calibration.curvature, {0, 0.3},
+              "Share by which depth is bent at 45 degrees off the axis (one sigma); 0 does not "
+              "learn it, for cameras calibrated well.");
+    table.add("self_calibration.lag_s", &k.self_calibration.lag_s, {0, 0.1, "s"},
+              "Time between the exposures of an image and its depth map (one sigma); 0 does not "
+              "learn it, for synchronised cameras.");
+    table.add("self_calibration.pair_error", &k.self_calibration.pair_error,
+              {0.1, 100, "of these sigmas"},
+              "Systematic error of what one pair of depth maps tells; raise it to learn more "
+              "slowly from more pairs.");
+    table.section(
+        "sensor",
+        "Preset default: noise and range of the TOF camera. The noise defaults are a Kinect's; a "
+        "continuous-wave TOF camera is nearer to floor_m 0.002, linear 0.002, quadratic_per_m 0.",
+        method);
+    table.add("sensor.floor_m", &k.surface.noise.floor_m, {-1, 1, "m"},
+              "Constant term of the noise of a reading, sigma(z) = floor + linear z + quadratic "
+              "z^2; set it from the sensor's data sheet.");
+    table.add("sensor.linear", &k.surface.noise.linear, {-1, 1, "m/m"},
+              "Term of the noise in z; set it from the sensor's data sheet.");
+    table.add("sensor.quadratic_per_m", &k.surface.noise.quadratic_per_m, {0, 1, "1/m"},
+              "Term of the noise in z^2; set it from the sensor's data sheet.");
+    table.add(
+        "sensor.least_relative", &k.surface.noise.least_relative, {0.0001, 0.1, "of depth"},
+        "Least noise of any reading; raise it where the formula promises too little close by.");
+    table.add("sensor.nearest_m", &k.surface.nearest_m, {0, 65, "m", "sensor.farthest_m"},
+              "Nearer readings are ignored; raise it to the sensor's shortest range.");
+    table.add("sensor.farthest_m", &k.surface.farthest_m, {0.1, warped_farthest_m, "m"},
+              "Farther readings are ignored; set it to the sensor's longest range.");
+    table.section("surface", "Preset default: a measured map is prepared for being warped.",
+                  method);
+    table.add("surface.edge_relative", &k.surface.edge_relative, {0.001, 1, "of depth"},
+              "Step between neighbours that parts two surfaces; lower it when close objects merge "
+              "with their background, raise it when slanted surfaces tear.");
+    table.add("surface.smooth_radius_px", &k.surface.smooth_radius_px, {0, 8, "pixels"},
+              "Half the window of the edge-preserving smoothing; raise it for a noisy sensor, 0 "
+              "leaves maps as they are.");
+    table.section("template", "Preset default: which points of a keyframe images are aligned with.",
+                  method);
+    table.add(
+        "template.points_per_level", &k.alignment_template.points_per_level,
+        {100, 100000, "points"},
+        "Most points of each pyramid level; lower it to save time, raise it for large images.");
+    table.add("template.finest_level", &k.alignment_template.finest_level,
+              {1, 6, "halvings", "template.coarsest_level"},
+              "Finest pyramid level that is aligned; raise it to save time on large images.");
+    table.add(
+        "template.coarsest_level", &k.alignment_template.coarsest_level, {1, 6, "halvings"},
+        "Coarsest pyramid level that is aligned; raise it for faster motion and larger images.");
+    table.section("alignment", "Preset default: an image is aligned with a keyframe.", method);
+    table.add("alignment.iterations_per_level", &k.alignment.iterations_per_level, {1, 100},
+              "Most Gauss-Newton steps on a pyramid level; raise it when fast motion is lost, "
+              "lower it to save time.");
+    table.add("alignment.pixel_noise", &k.alignment_template.pixel_noise, {0.1, 50, "grey values"},
+              "Image noise (one sigma); raise it for dim scenes and small sensors.");
+    table.add("alignment.blur_px", &k.alignment.blur_px, {0, 5, "pixels"},
+              "Uncertainty of where a gradient is (one sigma); raise it for blurred images.");
+    table.add("alignment.independent_share", &k.alignment.independent_share,
+              {0.0001, 1, "of the points"},
+              "Share of the points whose errors are independent; lower it when the expected error "
+              "is too small, raise it when too large.");
+    table.add(
+        "alignment.least_inlier_share", &k.alignment.least_inlier_share, {0, 1, "of the points"},
+        "A pose that fewer points agree with is rejected; lower it where much of the scene moves.");
+    table.add("alignment.least_correlation", &k.alignment.least_correlation, {0, 1},
+              "A pose at which the image correlates less with the keyframe is rejected; lower it "
+              "for changing light.");
+    table.add(
+        "alignment.least_points", &k.alignment.least_points, {12, 100000, "points"},
+        "A pose with fewer points in view is rejected; lower it for scenes with little texture.");
+    table.section("warp", "Preset default: a map is warped to the present view.", method);
+    table.add("warp.least_edge_distance_px", &k.warp.least_edge_distance_px, {1, 7, "pixels"},
+              "Readings nearer to a depth edge are left out; raise it when wrong depth surrounds "
+              "objects, 1 keeps all for more coverage.");
+    table.add("warp.crack_px", &k.warp.crack_px, {0, 2, "pixels"},
+              "Widest crack that is filled; lower it to publish only depth that was measured, 0 "
+              "fills none.");
+    table.section("compose", "Preset default: several measured maps make one.", method);
+    table.add("compose.keyframes", &k.compose.keyframes, {1, 16, "maps"},
+              "Measured maps that are kept; raise it where the camera returns to what it has seen, "
+              "lower it to save memory.");
+    table.add(
+        "compose.maps_per_frame", &k.compose.maps_per_frame, {1, 16, "maps"},
+        "Most maps warped into one frame; raise it for more coverage, lower it to save time.");
+    table.add("compose.newest_bonus", &k.compose.newest_bonus, {0, 100, "percent"},
+              "An earlier map is aligned with only if this much more of it is in view; raise it "
+              "when depth jumps as the map changes.");
+    table.add("compose.most_disagreement", &k.compose.most_disagreement, {0, 100, "percent"},
+              "Earlier maps that differ more from the reference are not used; lower it where "
+              "things are moved about.");
+    table.section("error",
+                  "Preset default: what error of a warped map is expected, which the gate acts on. "
+                  "`afterglow-eval run` tells how well it fits.",
+                  method);
+    table.add("error.edge_registration_px", &k.error.edge_registration_px, {0, 20, "pixels"},
+              "Misplacement of depth edges in measured maps (one sigma); raise it for a poor "
+              "registration of the two cameras.");
+    table.add("error.intrinsics", &k.error.intrinsics, {0, 1, "of motion"},
+              "Pixels of error per pixel of motion by lens distortion and wrong intrinsics; raise "
+              "it for an uncalibrated camera.");
+    table.add("error.shared_noise", &k.error.shared_noise, {0, 1, "of sigma"},
+              "Part of the sensor's noise that smoothing leaves; lower it when "
+              "surface.smooth_radius_px is raised.");
+    table.add("error.moving_error", &k.error.moving_error, {0, 1, "of depth"},
+              "Error of pixels that move against the scene; raise it when moving things should be "
+              "measured more often.");
+}
+
+void add_gate(ParameterTable &table, GatePolicy &gate) {
+    // In the order of enum GateMode.
+    static constexpr std::string_view modes[] = {"auto", "always-on", "interval", "off"};
+    const Method predicting = Method::keyframe; // the paper's pipeline predicts no error
+    table.section("gate", "When the TOF camera is lit.");
+    table.add("gate.mode", &gate.mode, {.choices = modes},
+              "auto lights when the depth expected of the estimates is not good enough, by the "
+              "keys below; choose always-on to measure every frame, interval to measure one frame "
+              "in interval_frames, off to keep the light dark.");
+    table.add("gate.interval_frames", &gate.interval_frames, {1, 100000, "frames"},
+              "Mode interval: from one measurement to the next; lower it for less error at a "
+              "higher duty cycle.");
+    table.add("gate.target_mre", &gate.target_mre, {0.01, 100, "percent"},
+              "Mean relative error aimed at in mode auto, and above which frames are counted by "
+              "afterglow-eval; lower it for better depth at a higher duty cycle.");
+    table.add("gate.worthwhile", &gate.worthwhile, {1, 100, "percent"},
+              "Mode auto, preset default: share of the expected error to which a measurement must "
+              "promise to lower it; raise it when the target is missed although the light is dark.",
+              predicting);
+    table.add("gate.coverage_floor", &gate.coverage_floor, {0, 100, "percent"},
+              "Mode auto, preset default: least share of what a measurement would cover; raise it "
+              "for more coverage at a higher duty cycle.",
+              predicting);
+    table.add("gate.shortest_interval_frames", &gate.shortest_interval_frames,
+              {1, 100000, "frames", "gate.longest_interval_frames"},
+              "Mode auto: least distance of two measurements; raise it to limit how often the "
+              "light switches.");
+    table.add("gate.longest_interval_frames", &gate.longest_interval_frames, {1, 100000, "frames"},
+              "Mode auto: greatest distance of two measurements; lower it where depth must never "
+              "be old.");
+    table.add("gate.duty_cycle_budget", &gate.duty_cycle_budget, {0.01, 100, "percent"},
+              "Mode auto: frames lit in the long run, at most; lower it to guarantee battery life, "
+              "100 = no budget.");
+    table.add("gate.budget_burst", &gate.budget_burst, {1, 1000, "frames"},
+              "Mode auto: lit frames that the budget lets be saved up; raise it for long bursts of "
+              "motion.");
+}
 
 } // namespace
 
-std::span<const Parameter<const Tuning>> estimator_parameters() {
-    return parameters;
-}
-
-std::span<const std::string_view> estimator_preset_names() {
-    return preset_names;
-}
-
-Status set_parameter(EstimatorOptions &estimator, GatePolicy &gate, std::string_view key,
-                     std::string_view value) {
-    const Tuning tuning{estimator, gate};
-    std::vector<std::string> keys;
-    for (const auto &parameter : parameters) {
-        if (parameter.key == key) {
-            const Status set = assign_text(parameter.field(tuning), parameter.allowed, value);
-            if (!set)
-                return Error{fmt::format("{}: {}", key, set.error().message), EINVAL};
-            return ok();
-        }
-        keys.emplace_back(parameter.key);
-    }
-    return Error{fmt::format("{}: there is no such parameter{}", key, suggestion(key, keys)),
-                 EINVAL};
+void add_estimator_parameters(ParameterTable &table, Config &config) {
+    add_paper(table, config.estimator);
+    add_keyframe(table, config.estimator.keyframe);
+    add_gate(table, config.gate);
 }
 
 } // namespace afterglow

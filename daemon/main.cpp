@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "config/config.hpp"
+#include "config/parameter_table.hpp"
 #include "core/base/log.hpp"
 #include "core/base/standard_output.hpp"
 #include "daemon/daemon.hpp"
@@ -28,7 +28,10 @@ constexpr int exit_configuration = 78; ///< EX_CONFIG of sysexits.h
 struct Arguments {
     std::string config = AFTERGLOW_CONFIG_FILE;
     std::string bus;
+    bool has_config = false;
     bool check = false;
+    bool print_config = false;
+    bool print_reference = false;
     bool darken = false;
 };
 
@@ -40,21 +43,30 @@ int fail(const afterglow::Error &error, int code) {
     return code;
 }
 
+int print(const std::string &text) {
+    std::fputs(text.c_str(), stdout);
+    const afterglow::Status written = afterglow::flush_standard_output();
+    return written ? exit_clean : fail(written.error(), exit_failure);
+}
+
 int run(const Arguments &arguments) {
-    afterglow::Result<afterglow::Config> config = afterglow::load_config(arguments.config);
+    if (arguments.print_reference)
+        return print(afterglow::reference_page());
+    afterglow::Result<afterglow::Config> config = arguments.print_config && !arguments.has_config
+                                                      ? afterglow::Config{}
+                                                      : afterglow::load_config(arguments.config);
     if (!config)
         return fail(config.error(), exit_configuration);
-    if (arguments.check) {
-        fmt::print("{}: good\n", arguments.config);
-        const afterglow::Status written = afterglow::flush_standard_output();
-        return written ? exit_clean : fail(written.error(), exit_failure);
-    }
+    if (arguments.check)
+        return print(fmt::format("{}: good\n", arguments.config));
     if (arguments.darken) {
         const afterglow::Status dark = afterglow::darken(*config);
         return dark ? exit_clean : fail(dark.error(), exit_failure);
     }
     if (!arguments.bus.empty())
         config->daemon.bus = arguments.bus;
+    if (arguments.print_config)
+        return print(afterglow::to_toml(*config));
     const afterglow::Status served = afterglow::serve(*config);
     return served ? exit_clean : fail(served.error(), exit_failure);
 }
@@ -77,9 +89,9 @@ int main(int argc, char **argv) {
                  "time.",
                  "afterglowd");
     app.set_version_flag("--version", AFTERGLOW_VERSION);
-    app.add_option("--config", arguments.config, "configuration file")
-        ->type_name("FILE")
-        ->capture_default_str();
+    auto *config = app.add_option("--config", arguments.config, "configuration file")
+                       ->type_name("FILE")
+                       ->capture_default_str();
     auto *bus = app.add_option_group("bus", "where to be found; overrides the configuration");
     bus->add_flag_callback(
         "--system", [&] { arguments.bus = "system"; }, "the system bus");
@@ -92,10 +104,17 @@ int main(int argc, char **argv) {
     app.add_flag("--darken", arguments.darken,
                  "only switch the illuminator off, as after a crash of the daemon")
         ->excludes(check);
+    app.add_flag("--print-config", arguments.print_config,
+                 "only print the configuration with every key explained: that of --config, or "
+                 "else the defaults")
+        ->excludes(check);
+    app.add_flag("--print-reference", arguments.print_reference, "print docs/configuration.md")
+        ->group("");
     app.footer("Exit status: 0 stopped as asked, or the recording is over; 1 a device, the bus or "
                "the system\nrefused; 2 wrong usage; 78 wrong configuration.");
     try {
         app.parse(argc, argv);
+        arguments.has_config = config->count() > 0;
         return run(arguments);
     } catch (const CLI::ParseError &error) {
         return app.exit(error) == 0 ? exit_clean : exit_usage;

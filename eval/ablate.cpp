@@ -10,6 +10,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
 #include <functional>
 #include <iterator>
@@ -134,12 +135,16 @@ std::vector<std::string> to_json(const std::vector<Summary> &rows) {
     return objects;
 }
 
-Result<Summary> score(const AblateArguments &arguments, Footage &footage, const Variant &variant,
-                      const std::function<void(int done)> &progress) {
+TuningArguments tuning_of(const AblateArguments &arguments, const Variant &variant) {
     TuningArguments tuning = arguments.tuning;
     tuning.assignments.insert(tuning.assignments.end(), variant.assignments.begin(),
                               variant.assignments.end());
-    const auto resolved = tuning.resolve();
+    return tuning;
+}
+
+Result<Summary> score(const AblateArguments &arguments, Footage &footage, const Variant &variant,
+                      const std::function<void(int done)> &progress) {
+    const auto resolved = tuning_of(arguments, variant).resolve();
     if (!resolved)
         return resolved.error();
     WorkerPool pool(arguments.workers);
@@ -152,7 +157,8 @@ Result<Summary> score(const AblateArguments &arguments, Footage &footage, const 
         return evaluation.error();
     if (evaluation->frames.empty())
         return Error{fmt::format("{}: not one usable frame", footage.name)};
-    return summarize(*evaluation, footage.name, tuning.preset, resolved->second.target_mre);
+    return summarize(*evaluation, footage.name, arguments.tuning.preset,
+                     resolved->second.target_mre);
 }
 
 /// A summary for each variant.
@@ -193,6 +199,10 @@ void AblateArguments::add_to(CLI::App &command) {
 }
 
 Status ablate(const AblateArguments &arguments) {
+    for (const Variant &variant : ablation_variants())
+        if (const auto resolved = tuning_of(arguments, variant).resolve(); !resolved)
+            return Error{fmt::format("variant \"{}\": {}", variant.name, resolved.error().message),
+                         EINVAL};
     std::vector<std::string> objects;
     for (const std::string &dataset : arguments.datasets) {
         const auto rows = score_all(arguments, dataset);

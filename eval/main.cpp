@@ -48,6 +48,8 @@ public:
         add_tuned<AblateArguments>(
             "ablate", "Score recordings with each stage of the estimator switched off in turn",
             ablate);
+        add_tuned<ParametersArguments>(
+            "parameters", "List what --set takes, with values and meaning", list_parameters);
 #ifdef AFTERGLOW_REPORT
         add_report("compare", "Every system at about one duty cycle (Tables III, IV)",
                    {.compare = true});

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "eval/run.hpp"
 
-#include "config/estimator_parameters.hpp"
+#include "config/parameter_table.hpp"
+#include "core/base/printable.hpp"
 #include "eval/baselines/oracle.hpp"
 #include "eval/dump.hpp"
 #include "eval/import.hpp"
@@ -38,11 +39,34 @@ std::string settings_json(const RunArguments &arguments, const std::string &layo
                         {"parameters", parameters_json(tuning.first, tuning.second)}});
 }
 
+/// Sets one parameter as `key=value` says.
+Status assign(const ParameterTable &table, std::string_view assignment, Method method,
+              std::string_view preset) {
+    const std::size_t equals = assignment.find('=');
+    const std::string_view key = assignment.substr(0, equals);
+    const auto refuse = [&](std::string_view why) {
+        return Error{fmt::format("--set {}: {}", printable(key), why), EINVAL};
+    };
+    if (equals == std::string_view::npos)
+        return refuse("not of the form key=value");
+    const Parameter *parameter = table.find(key);
+    if (!parameter)
+        return refuse(table.unknown(key, false) + " (afterglow-eval parameters lists them)");
+    if (const Status done = assign_text(*parameter, assignment.substr(equals + 1)); !done)
+        return refuse(done.error().message);
+    if (parameter->used_by && *parameter->used_by != method)
+        return refuse(fmt::format("preset {} does not use it", preset));
+    return ok();
+}
+
 } // namespace
 
 void TuningArguments::add_to(CLI::App &command) {
     command.add_option("--preset", preset, "Composition of the estimator")->capture_default_str();
-    command.add_option("--set", assignments, "Override a parameter: key=value; may be repeated")
+    command
+        .add_option("--set", assignments,
+                    "Override a parameter: key=value; may be repeated (afterglow-eval parameters "
+                    "lists them)")
         ->allow_extra_args(false);
 }
 
@@ -50,23 +74,21 @@ Result<std::pair<EstimatorOptions, GatePolicy>> TuningArguments::resolve() const
     const bool oracle = has_oracle && preset == oracle_preset;
     const auto estimator = estimator_preset(oracle ? "default" : preset);
     if (!estimator)
-        return Error{fmt::format("--preset {}: there is no such preset (one of {}{})", preset,
-                                 fmt::join(estimator_preset_names(), ", "),
+        return Error{fmt::format("--preset {}: there is no such preset (one of {}{})",
+                                 printable(preset), fmt::join(estimator_preset_names(), ", "),
                                  has_oracle ? fmt::format(", {}", oracle_preset) : ""),
                      EINVAL};
-    auto tuning = std::pair(*estimator, GatePolicy{});
+    Config config;
+    config.estimator = *estimator;
     if (oracle)
-        tuning.second.target_mre = oracle_target_mre;
-    for (const std::string &assignment : assignments) {
-        const std::size_t equals = assignment.find('=');
-        if (equals == std::string::npos)
-            return Error{fmt::format("--set {}: not of the form key=value", assignment), EINVAL};
-        const Status set = set_parameter(tuning.first, tuning.second, assignment.substr(0, equals),
-                                         assignment.substr(equals + 1));
-        if (!set)
-            return Error{"--set " + set.error().message, EINVAL};
-    }
-    return tuning;
+        config.gate.target_mre = oracle_target_mre;
+    const ParameterTable table = ParameterTable::of_estimator(config);
+    for (const std::string &assignment : assignments)
+        if (const Status set = assign(table, assignment, estimator->method, preset); !set)
+            return set.error();
+    for (const auto &[key, other, sentence] : table.conflicts())
+        return Error{fmt::format("--set {}: {}", key, sentence), EINVAL};
+    return std::pair(config.estimator, config.gate);
 }
 
 void FootageArguments::add_to(CLI::App &command) {
@@ -78,7 +100,8 @@ void FootageArguments::add_to(CLI::App &command) {
         .add_option("--wake-latency", wake_latency,
                     "Images between light on and the first depth map")
         ->check(CLI::Range(0, 1000));
-    command.add_option("--seed", seed, "Of the synthetic room");
+    command.add_option("--seed", seed, "Of the synthetic room")
+        ->check(CLI::Range(std::int64_t{0}, std::int64_t{4294967295}));
     command.add_option("--motion", motion, "Speed of the synthetic camera, relative; 0 = still")
         ->check(CLI::Range(0.0, 100.0));
     command.add_flag("--noise,!--no-noise", noise, "The synthetic cameras' noise");
@@ -99,6 +122,14 @@ Result<Footage> FootageArguments::open(const std::string &dataset) const {
     if (footage && !footage->assumed.empty())
         fmt::print(stderr, "{}: {}\n", dataset, footage->assumed);
     return footage;
+}
+
+Status list_parameters(const ParametersArguments &arguments) {
+    const auto tuning = arguments.tuning.resolve();
+    if (!tuning)
+        return tuning.error();
+    fmt::print("{}", parameters_text(tuning->first, tuning->second));
+    return ok();
 }
 
 void RunArguments::add_to(CLI::App &command) {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "core/base/result.hpp"
 #include "core/estimator_options.hpp"
 #include "core/gate.hpp"
-#include "core/base/result.hpp"
 #include "eval/scoring/footage.hpp"
 
 #include <CLI/CLI.hpp>
@@ -44,6 +44,15 @@ struct FootageArguments {
     /// told on standard error.
     Result<Footage> open(const std::string &dataset) const;
 };
+
+/// afterglow-eval parameters: lists what `--set` takes with a preset, and the values.
+struct ParametersArguments {
+    TuningArguments tuning{.assignments = {}, .has_oracle = true};
+
+    void add_to(CLI::App &command) { tuning.add_to(command); }
+};
+
+Status list_parameters(const ParametersArguments &arguments);
 
 /// afterglow-eval run: scores one recording, or the synthetic room.
 struct RunArguments {

@@ -9,6 +9,8 @@
 namespace afterglow {
 
 /// Every parameter of estimator and gate with its value, as one JSON object: what `--set` takes.
-std::string parameters_json(EstimatorOptions estimator, GatePolicy gate);
+std::string parameters_json(const EstimatorOptions &estimator, const GatePolicy &gate);
+/// Those that the estimator's method uses, for a person: value, what is allowed, and what it means.
+std::string parameters_text(const EstimatorOptions &estimator, const GatePolicy &gate);
 
 } // namespace afterglow

@@ -17,7 +17,8 @@ struct TemplateOptions {
     int coarsest_level = 4;
     /// Most points kept on a level; the strongest gradients of each cell of the image win.
     int points_per_level = 4000;
-    /// Grey levels: standard deviation of one pixel's noise. Weaker gradients carry nothing.
+    /// Grey values: standard deviation of one pixel's noise. Weaker gradients are no points, and
+    /// residuals are weighted by it.
     float pixel_noise = 2.0f;
 };
 

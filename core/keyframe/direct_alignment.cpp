@@ -92,7 +92,7 @@ void DirectAlignment::accumulate(const AlignmentTemplate &reference, ImageView<c
     sums.cost = sums.energy = 0;
     sums.inliers = sums.visible = 0;
     const TemplatePoints &points = reference.points(level);
-    const float noise2 = options_.pixel_noise * options_.pixel_noise;
+    const float noise = reference.options().pixel_noise, noise2 = noise * noise;
     const float blur2 = options_.blur_px * options_.blur_px;
     const float width2 = robust_width * robust_width * scale * scale;
     Residuals residuals;

@@ -9,9 +9,8 @@ namespace afterglow {
 
 struct AlignmentOptions {
     int iterations_per_level = 8;
-    /// Standard deviation of one grey value's noise, and of where a gradient really is: a residual
-    /// of a point with gradient g is expected to spread by sqrt(pixel_noise^2 + (g blur_px)^2).
-    float pixel_noise = 2.0f;
+    /// Standard deviation of where a gradient really is: a residual of a point with gradient g is
+    /// expected to spread by sqrt(pixel_noise^2 + (g blur_px)^2), with the template's pixel_noise.
     float blur_px = 0.15f;
     /// Share of the points whose residuals are independent of each other. Texture repeats; errors
     /// of depth, lens and rolling shutter are shared by neighbours. Divides the information that

@@ -24,7 +24,7 @@ void MotionMask::find(const AlignmentTemplate &reference, const Pyramid &image,
     std::fill(counts_.pixels().begin(), counts_.pixels().end(), Count{});
     const int level = reference.options().finest_level;
     const ImageView<const float> grey = image.level(level);
-    const float noise2 = options_.pixel_noise * options_.pixel_noise;
+    const float noise = reference.options().pixel_noise, noise2 = noise * noise;
     const float blur2 = options_.blur_px * options_.blur_px;
     const float limit = outlier_limit * std::max(alignment.residual_scale, 1.0f);
     const TemplatePoints &points = reference.points(level);

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "eval/live/live.hpp"
 
+#include "config/parameter_table.hpp"
 #include "drivers/files/image_file.hpp"
 #include "eval/dump.hpp"
-#include "eval/scoring/footage.hpp"
 #include "eval/live/live_picture.hpp"
 #include "eval/live/live_scorer.hpp"
 #include "eval/live/live_session.hpp"
+#include "eval/scoring/footage.hpp"
 #include "eval/scoring/summary.hpp"
 
 #include <fmt/format.h>
@@ -15,6 +16,7 @@
 #include <ctime>
 #include <filesystem>
 #include <limits>
+#include <tuple>
 
 namespace afterglow {
 namespace {
@@ -22,36 +24,21 @@ namespace {
 constexpr int synthetic_frames = 300;
 constexpr int frame_timeout_ms = 5000;
 
-std::string toml_string(const std::string &text) {
-    std::string out = "\"";
-    for (const char c : text)
-        out += (c == '"' || c == '\\') ? std::string{'\\', c} : std::string{c};
-    return out + '"';
-}
-
-/// The line of a configuration file that says what `--set key=value` does.
-std::string toml_assignment(const std::string &key, const std::string &value) {
-    const bool bare = value == "true" || value == "false" ||
-                      value.find_first_not_of("+-.0123456789eE") == std::string::npos;
-    const char *table = key.rfind("gate.", 0) == 0 ? "" : "estimator.";
-    return fmt::format("{}{} = {}\n", table, key, bare ? value : toml_string(value));
-}
-
 /// What the daemon is told; the same words as on this program's command line.
-std::string daemon_config(const LiveArguments &arguments, int frames) {
-    const char *driver = arguments.replay.empty() ? "synthetic" : "replay";
-    std::string config = fmt::format(
-        "color.driver = \"{0}\"\ntof.driver = \"{0}\"\nilluminator.driver = \"{0}\"\n", driver);
-    config += fmt::format("{}.frames = {}\ndaemon.exit_at_end = true\n", driver, frames);
-    if (!arguments.replay.empty())
-        config += fmt::format("replay.path = {}\n",
-                              toml_string(std::filesystem::absolute(arguments.replay)));
-    config += fmt::format("estimator.preset = {}\n", toml_string(arguments.tuning.preset));
-    for (const std::string &assignment : arguments.tuning.assignments) {
-        const std::size_t equals = assignment.find('=');
-        config += toml_assignment(assignment.substr(0, equals), assignment.substr(equals + 1));
+std::string daemon_config(const LiveArguments &arguments, int frames,
+                          const std::pair<EstimatorOptions, GatePolicy> &tuning) {
+    Config config;
+    config.preset = arguments.tuning.preset;
+    std::tie(config.estimator, config.gate) = tuning;
+    config.daemon.exit_at_end = true;
+    config.synthetic.frames = config.replay.frames = frames;
+    if (!arguments.replay.empty()) {
+        config.color.driver = ColorDriver::replay;
+        config.tof.driver = TofDriver::replay;
+        config.illuminator.driver = LightDriver::replay;
+        config.replay.path = std::filesystem::absolute(arguments.replay);
     }
-    return config;
+    return to_toml(config);
 }
 
 std::int64_t now_ns() {
@@ -147,7 +134,7 @@ Status live(const LiveArguments &arguments) {
                        : open_recorded_footage(arguments.replay, {.frames = arguments.frames});
     if (!footage)
         return footage.error();
-    auto session = LiveSession::start(daemon_config(arguments, footage->frames));
+    auto session = LiveSession::start(daemon_config(arguments, footage->frames, *tuning));
     if (!session)
         return session.error();
     fmt::print("{}, {} frames in real time, preset {}\n", footage->name, footage->frames,

@@ -43,6 +43,26 @@ TEST_CASE("afterglowd --check accepts a valid configuration and starts nothing")
     CHECK(ended.output == path + ": good\n");
 }
 
+TEST_CASE("the configuration is printed as a file that gives the same configuration") {
+    const TemporaryFolder folder;
+    const std::string path =
+        folder.write("a.toml", synthetic + "[ransac]\nthreshold = 2\n[gate]\nmode = \"off\"\n");
+    const Ended first = run({"afterglowd", "--print-config", "--config", path});
+    CHECK(first.code == 0);
+    CHECK(
+        first.output.find("\nthreshold = 2.0 # a number from 0.01 to 10000 square pixels; default "
+                          "4.0\n") != std::string::npos);
+    const Ended second =
+        run({"afterglowd", "--print-config", "--config", folder.write("b.toml", first.output)});
+    CHECK(second.code == 0);
+    CHECK(second.output == first.output);
+
+    const Ended defaults = run({"afterglowd", "--print-config"});
+    CHECK(defaults.code == 0);
+    CHECK(defaults.output.find("; default") == std::string::npos);
+    CHECK(run({"afterglowd", "--print-config", "--config", "/nonexistent/a.toml"}).code == 78);
+}
+
 TEST_CASE("afterglowd --darken switches the light off without a D-Bus connection") {
     const TemporaryFolder folder;
     CHECK(run({"afterglowd", "--darken", "--config", folder.write("a.toml", synthetic)}).code == 0);

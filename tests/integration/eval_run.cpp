@@ -229,8 +229,29 @@ TEST_CASE("afterglow-eval run names in one line what it cannot evaluate", "[eval
     fails({recording, "--set", "ransac.drows=3"}, 2, "ransac.draws");
     fails({recording, "--set", "ransac.draws=many"}, 2, "integer");
     fails({recording, "--set", "ransac.draws"}, 2, "key=value");
+    fails({recording, "--set", "estimator.motion.speed=1"}, 2, "did you mean \"motion.speed\"?");
+    fails({recording, "--set", "ransac.draws=40"}, 2, "preset default does not use it");
+    fails({recording, "--preset", "paper", "--set", "template.finest_level=2"}, 2,
+          "preset paper does not use it");
+    fails({recording, "--set", "template.finest_level=6", "--set", "template.coarsest_level=1"}, 2,
+          "--set template.finest_level: 6 is not allowed (an integer from 1 to 6 halvings, at most "
+          "template.coarsest_level, which is 1)");
+    fails({recording, "--set", "\x1b[31m=1"}, 2, "--set \\x1b[31m: there is no such key");
+    fails({"synthetic", "--seed", "-1"}, 2, "--seed");
+    fails({"synthetic", "--seed", "-18446744073709551615"}, 2, "--seed");
     fails({recording, "--frames", "-1"}, 2, "frames");
     fails({recording, "--dump", "/proc/nowhere"}, 1, "/proc/nowhere");
+}
+
+TEST_CASE("afterglow-eval parameters lists what --set takes with a preset", "[eval]") {
+    const Ended ours = run({"afterglow-eval", "parameters", "--set", "motion.speed=0.5"});
+    CHECK(ours.code == 0);
+    CHECK(ours.output.find("motion.speed = 0.5 # a number from 0.001 to 10 m/s\n") !=
+          std::string::npos);
+    CHECK(ours.output.find("ransac.") == std::string::npos);
+    const Ended paper = run({"afterglow-eval", "parameters", "--preset", "paper"});
+    CHECK(paper.output.find("ransac.draws = 30 #") != std::string::npos);
+    CHECK(paper.output.find("motion.speed") == std::string::npos);
 }
 
 TEST_CASE("afterglow-eval live ends with a summary and a picture", "[eval]") {

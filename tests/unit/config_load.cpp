@@ -61,8 +61,8 @@ TEST_CASE("a configuration with only the drivers has every default") {
 
 TEST_CASE("every section of a configuration file is read") {
     const File file(drivers + "[synthetic]\nfps = 15\nnoise = false\nseed = 7\n"
-                              "[estimator]\npreset = \"paper\"\nransac = { draws = 50 }\n"
-                              "[estimator.flow]\nblock = 9\n"
+                              "[estimator]\npreset = \"paper\"\n[ransac]\ndraws = 50\n"
+                              "[flow]\nblock = 9\n"
                               "[gate]\nmode = \"interval\"\ninterval_frames = 5\n"
                               "[daemon]\nworkers = 3\nbus = \"session\"\n");
     const Result<Config> config = load_config(file.path());
@@ -187,9 +187,8 @@ TEST_CASE("a configuration with the replay driver needs a recording") {
 TEST_CASE("a misspelt configuration key is refused with the nearest known key") {
     CHECK(problems(drivers + "[gate]\nmodus = \"auto\"\n") ==
           "a.toml:8: gate.modus: there is no such key, did you mean \"gate.mode\"?");
-    CHECK(problems(drivers + "[estimator.ransac]\ntreshold = 4\n") ==
-          "a.toml:8: estimator.ransac.treshold: there is no such key, did you mean "
-          "\"estimator.ransac.threshold\"?");
+    CHECK(problems(drivers + "[ransac]\ntreshold = 4\n") ==
+          "a.toml:8: ransac.treshold: there is no such key, did you mean \"ransac.threshold\"?");
     CHECK(problems(drivers + "[deamon]\nworkers = 1\n") ==
           "a.toml:7: deamon: there is no such table, did you mean \"daemon\"?");
     CHECK(problems(drivers + "[zzzzzzzzzz]\n") == "a.toml:7: zzzzzzzzzz: there is no such table");
@@ -216,16 +215,62 @@ TEST_CASE(
          "synthetic.fps: inf is not allowed (a number from 1 to 1000 frames a second)"},
         {"synthetic.seed = -1",
          "synthetic.seed: -1 is not allowed (an integer from 0 to 4294967295)"},
-        {"estimator.flow.block = 8",
-         "estimator.flow.block: 8 is not allowed (one of 3, 5, ... 63 pixels)"},
+        {"flow.block = 8", "flow.block: 8 is not allowed (one of 3, 5, ... 63 pixels)"},
         {"estimator.preset = \"best\"",
          "estimator.preset: \"best\" is not allowed (one of default, paper)"},
         {"gate.mode = \"sometimes\"", "gate.mode: \"sometimes\" is not allowed (one of auto, "
                                       "always-on, interval, off)"},
-        {"estimator.flow = 1", "estimator.flow: this is a table, not a value"},
+        {"flow = 1", "flow: this is a table, not a value"},
         {"gate = 1", "gate: this is a table, not a value"},
     }));
     CHECK(problems(line + "\n" + drivers) == "a.toml:1: " + answer);
+}
+
+TEST_CASE("a key or a table whose leading tables are wrong is answered with the right ones") {
+    CHECK(problems(drivers + "[estimator.ransac]\nthreshold = 4\n") ==
+          "a.toml:7: estimator.ransac: there is no such table, did you mean \"ransac\"?");
+    CHECK(problems("threshold = 4\n" + drivers) ==
+          "a.toml:1: threshold: there is no such key, did you mean \"ransac.threshold\"?");
+}
+
+TEST_CASE("parameters that contradict each other are told with the line of the later one") {
+    CHECK(problems(drivers + "[template]\ncoarsest_level = 1\nfinest_level = 6\n") ==
+          "a.toml:9: template.finest_level: 6 is not allowed (an integer from 1 to 6 halvings, at "
+          "most template.coarsest_level, which is 1)");
+    CHECK(problems(drivers + "[sensor]\nnearest_m = 5\nfarthest_m = 4.5\n") ==
+          "a.toml:9: sensor.nearest_m: 5.0 is not allowed (a number from 0 to 65 m, at most "
+          "sensor.farthest_m, which is 4.5)");
+    CHECK(problems(drivers + "[gate]\nshortest_interval_frames = 301\n") ==
+          "a.toml:8: gate.shortest_interval_frames: 301 is not allowed (an integer from 1 to "
+          "100000 frames, at most gate.longest_interval_frames, which is 300)");
+    CHECK(problems("[color]\ndriver = \"synthetic\"\nwidth = 320\ncx = 321\n"
+                   "[tof]\ndriver = \"synthetic\"\n[illuminator]\ndriver = \"synthetic\"\n") ==
+          "a.toml:4: color.cx: 321.0 is not allowed (a number from 0 to 4096 pixels, at most "
+          "color.width, which is 320)");
+    CHECK(problems(drivers + "[sensor]\nnearest_m = 5\nfarthest_m = 5\n").empty());
+}
+
+TEST_CASE("a light whose values for on and off are the same is refused") {
+    const std::string led = "color.driver = \"synthetic\"\ntof.driver = \"openni2\"\n"
+                            "illuminator.driver = \"led\"\nilluminator.device = \"lamp\"\n";
+    CHECK(problems(led + "illuminator.off = 1\n") ==
+          "a.toml:5: illuminator.on: 1 is not allowed (the same as illuminator.off: the light "
+          "would never go dark)");
+    CHECK(problems(led).empty());
+}
+
+TEST_CASE("what a configuration says is quoted shortly and without control characters") {
+    CHECK(problems("daemon.bus = \"session\"\n\"a\\u001b[31m\" = 1\n" + drivers) ==
+          "a.toml:2: a\\x1b[31m: there is no such key");
+    CHECK(problems("gate.mode = \"\\u001b[31m\"\n" + drivers) ==
+          "a.toml:1: gate.mode: \"\\x1b[31m\" is not allowed (one of auto, always-on, interval, "
+          "off)");
+    const std::string big(2'000'000, 'a');
+    CHECK(problems(big + " = 1\n" + drivers).size() < 300);
+    CHECK(problems("gate.mode = \"" + big + "\"\n" + drivers).size() < 400);
+    const Result<Config> named = load_config("/" + big);
+    REQUIRE_FALSE(named);
+    CHECK(named.error().message.size() < 300);
 }
 
 TEST_CASE("all problems of a configuration are reported in line order") {
