@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <string_view>
 #include <vector>
 
 namespace afterglow {
@@ -21,7 +22,7 @@ std::optional<std::string> unknown_command(const CLI::App &app) {
 }
 
 std::string no_such_command(const CLI::App &app, const std::string &name) {
-    std::vector<std::string> known;
+    std::vector<std::string_view> known;
     for (const CLI::App *command : app.get_subcommands([](const CLI::App *) { return true; }))
         if (!command->get_name().empty()) // or else it is a group of options
             known.push_back(command->get_name());
