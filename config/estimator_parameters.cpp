@@ -142,9 +142,6 @@ void add_keyframe(ParameterTable &table, KeyframeOptions &k) {
     table.add("compose.newest_bonus", &k.compose.newest_bonus, {0, 100, "percent"},
               "An earlier map is aligned with only if this much more of it is in view; raise it "
               "when depth jumps as the map changes.");
-    table.add("compose.most_disagreement", &k.compose.most_disagreement, {0, 100, "percent"},
-              "Earlier maps that differ more from the reference are not used; lower it where "
-              "things are moved about.");
     table.section("error",
                   "Preset default: what error of a warped map is expected, which the gate acts on. "
                   "`afterglow-eval run` tells how well it fits.",

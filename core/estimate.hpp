@@ -15,6 +15,23 @@ enum class FrameSource : std::uint8_t {
     estimated = 2, ///< by warping an earlier measurement to this image
 };
 
+/// The confidence plane: 0 = no depth; 255 = measured in this frame; 1 to 254 = estimated, with an
+/// expected relative error of (255 - c) * confidence_step.
+constexpr std::uint8_t no_confidence = 0;
+constexpr std::uint8_t measured_confidence = 255;
+/// Estimated, by a pipeline that does not predict its error, or with an error of 12.7 % or more.
+constexpr std::uint8_t unknown_confidence = 1;
+constexpr float confidence_step = 0.0005f;
+/// `relative_error`: share of the depth.
+inline std::uint8_t estimated_confidence(float relative_error) {
+    const float c = 255.0f - relative_error * (1.0f / confidence_step);
+    return static_cast<std::uint8_t>(c < 1.0f ? 1.0f : (c > 254.0f ? 254.0f : c));
+}
+/// The expected relative error that a confidence stands for.
+inline float expected_error(std::uint8_t confidence) {
+    return static_cast<float>(measured_confidence - confidence) * confidence_step;
+}
+
 /// A depth map for one image, and what is known of it.
 struct Estimate {
     FrameSource source = FrameSource::none;
@@ -39,8 +56,8 @@ struct Estimate {
     bool wants_measurement = false;
     /// Millimetres; valid until the estimator's next call.
     DepthView depth{};
-    /// 0: no depth; 1 to 254: estimated, the higher the better; 255: measured in this frame. Same
-    /// size as `depth`.
+    /// Of each pixel of `depth`: no_confidence, measured_confidence, or for estimated depth the
+    /// expected relative error (estimated_confidence(), unknown_confidence).
     ImageView<const std::uint8_t> confidence{};
 };
 

@@ -6,7 +6,11 @@
 
 namespace afterglow {
 
-/// Rotation matrix of the rotation vector w = theta * k (Rodrigues' formula, Noraky & Sze 2019 Eq. 3).
+/// A small rigid motion (v, w): translation in metres, then rotation vector in radians.
+using Twist = Eigen::Matrix<double, 6, 1>;
+
+/// Rotation matrix of the rotation vector w = theta * k (Rodrigues' formula, Noraky & Sze 2019
+/// Eq. 3).
 inline Eigen::Matrix3d rotation(const Eigen::Vector3d &w) {
     const double theta = w.norm();
     if (theta < 1e-12) {
@@ -40,5 +44,36 @@ struct Pose {
     double angle() const { return Eigen::AngleAxisd(R).angle(); }
     bool is_finite() const { return R.allFinite() && T.allFinite(); }
 };
+
+/// The pose that turns by w and then shifts by v. Rotation and translation are taken apart: this is
+/// the exponential map of SO(3) x R^3, equal to that of SE(3) to first order.
+inline Pose exp(const Twist &motion) {
+    return {rotation(motion.tail<3>()), motion.head<3>()};
+}
+
+/// Inverse of exp(): exp(log(P)) = P for angles up to pi.
+inline Twist log(const Pose &pose) {
+    const Eigen::AngleAxisd turn(pose.R);
+    Twist motion;
+    motion << pose.T, turn.axis() * turn.angle();
+    return motion;
+}
+
+/// Takes a small motion applied before `pose` to the same applied after it, to first order:
+/// pose * exp(x) = exp(adjoint(pose) * x) * pose. v' = R v + T x R w and w' = R w.
+inline Eigen::Matrix<double, 6, 6> adjoint(const Pose &pose) {
+    Eigen::Matrix<double, 6, 6> A = Eigen::Matrix<double, 6, 6>::Zero();
+    A.topLeftCorner<3, 3>() = A.bottomRightCorner<3, 3>() = pose.R;
+    for (int i = 0; i < 3; ++i)
+        A.block<3, 1>(0, 3 + i) = pose.T.cross(pose.R.col(i));
+    return A;
+}
+
+/// The part of a motion made in `share` of its time at constant rates: 0 is none, 1 all of it; less
+/// than 0 and more than 1 extrapolate.
+inline Pose part_of(const Pose &motion, double share) {
+    const Eigen::AngleAxisd turn(motion.R);
+    return {rotation(turn.axis() * (turn.angle() * share)), motion.T * share};
+}
 
 } // namespace afterglow

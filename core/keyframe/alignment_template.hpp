@@ -2,8 +2,8 @@
 #pragma once
 
 #include "core/base/camera.hpp"
-#include "core/keyframe/depth_surface.hpp"
 #include "core/base/pyramid.hpp"
+#include "core/keyframe/depth_surface.hpp"
 
 #include <Eigen/Core>
 

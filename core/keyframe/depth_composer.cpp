@@ -54,50 +54,9 @@ void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const P
             break;
         const Keyframe &k = keyframes[candidates[static_cast<std::size_t>(i)].keyframe];
         const Pose pose = now * k.depth_from_world.inverse();
-        if (!first && disagreement(k.surface, pose) > options_.compose.most_disagreement / 100)
-            continue;
         warp_.run(k.surface, pose, depth_, pool_, first ? alignment.skew : Eigen::Vector3f::Zero());
         merge(map_error(k.surface, camera_, pose, alignment.covariance, options_.error), k.surface);
     }
-}
-
-/// Median relative difference between the map so far and a surface at `pose`, inside it; 0 where
-/// they hardly overlap.
-float DepthComposer::disagreement(const DepthSurface &surface, const Pose &pose) const {
-    constexpr std::size_t across = 48; // points that are compared, at most
-    constexpr std::size_t least_compared = 60;
-    const int longer = std::max(camera_.width, camera_.height);
-    const int step = (longer + static_cast<int>(across) - 1) / static_cast<int>(across);
-    std::array<float, across * across> apart;
-    std::size_t compared = 0;
-    for (int v = step / 2; v < camera_.height; v += step)
-        for (int u = step / 2; u < camera_.width; u += step) {
-            const float z = surface.z()(u, v);
-            if (z == 0.0f || surface.edge_distance()(u, v) < DepthSurface::far_from_edge)
-                continue;
-            const Eigen::Vector3d X = pose * camera_.back_project(u, v, z);
-            if (!(X.z() > 0.05))
-                continue;
-            const Eigen::Vector2d p = camera_.project(X) + Eigen::Vector2d::Constant(0.5);
-            if (!(p.x() >= 0 && p.y() >= 0 && p.x() < camera_.width && p.y() < camera_.height))
-                continue;
-            const int x = static_cast<int>(p.x()), y = static_cast<int>(p.y());
-            const float shown = 0.001f * static_cast<float>(depth_(x, y));
-            if (shown > 0.0f)
-                apart[compared++] =
-                    std::abs(static_cast<float>(X.z()) * per_depth(x, y) / shown - 1.0f);
-        }
-    if (compared < least_compared)
-        return 0.0f;
-    const auto middle = apart.begin() + static_cast<std::ptrdiff_t>(compared / 2);
-    std::nth_element(apart.begin(), middle, apart.begin() + static_cast<std::ptrdiff_t>(compared));
-    return *middle;
-}
-
-/// What the TOF camera reads at pixel (u, v) for each metre of depth.
-float DepthComposer::per_depth(int u, int v) const {
-    return 1.0f / correction_.scale(static_cast<float>((u - camera_.cx) / camera_.fx),
-                                     static_cast<float>((v - camera_.cy) / camera_.fy));
 }
 
 /// Writes what was warped into the pixels that are still empty.

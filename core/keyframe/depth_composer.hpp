@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "core/base/image.hpp"
+#include "core/base/worker_pool.hpp"
+#include "core/estimate.hpp"
 #include "core/keyframe/direct_alignment.hpp"
 #include "core/keyframe/expected_error.hpp"
-#include "core/base/image.hpp"
 #include "core/keyframe/keyframe.hpp"
 #include "core/keyframe/keyframe_options.hpp"
 #include "core/keyframe/motion_mask.hpp"
 #include "core/keyframe/warp.hpp"
-#include "core/base/worker_pool.hpp"
 
 #include <array>
 #include <cstdint>
@@ -16,9 +17,8 @@
 namespace afterglow {
 
 /// Draws one depth map from several keyframes: the reference map first, then those that see most
-/// of the view, each into the pixels that are still empty. An earlier map that contradicts what is
-/// there already is not used at all. Every pixel gets the confidence that its expected error
-/// deserves.
+/// of the view, each into the pixels that are still empty. Every pixel gets the confidence that its
+/// expected error deserves.
 ///
 /// Allocates when made; the calls are real-time safe.
 class DepthComposer {
@@ -51,10 +51,8 @@ private:
     using ConfidenceTable =
         std::array<std::array<std::uint8_t, z_bins>, DepthSurface::far_from_edge + 1>;
 
-    float per_depth(int u, int v) const;
     void merge(const MapError &error, const DepthSurface &surface);
     int merge_row(int v, int begin, int end, const ConfidenceTable &table);
-    float disagreement(const DepthSurface &surface, const Pose &pose) const;
 
     Intrinsics camera_;
     KeyframeOptions options_;

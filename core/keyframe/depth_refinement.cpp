@@ -116,15 +116,6 @@ void accumulate(const DepthSurface &from, const DepthSurface &to, const Intrinsi
     });
 }
 
-/// The motion (v, w) that takes `start` to `pose` when applied after it.
-Vector6 away(const Pose &pose, const Pose &start) {
-    const Pose moved = pose * start.inverse();
-    const Eigen::AngleAxisd turn(moved.R);
-    Vector6 off;
-    off << moved.T.cast<float>(), (turn.axis() * turn.angle()).cast<float>();
-    return off;
-}
-
 } // namespace
 
 DepthFit refine_by_depth(const DepthSurface &from, const DepthSurface &to, const Intrinsics &camera,
@@ -147,12 +138,13 @@ DepthFit refine_by_depth(const DepthSurface &from, const DepthSurface &to, const
         if (i == options.iterations)
             break;
         Matrix6 H = independent_share * sums.H + start_information;
-        const Vector6 g = independent_share * sums.g - start_information * away(pose, start);
+        const Vector6 off = log(pose * start.inverse()).cast<float>();
+        const Vector6 g = independent_share * sums.g - start_information * off;
         H.diagonal() += 1e-5f * H.diagonal() + Vector6::Constant(1e-3f);
         const Vector6 x = H.ldlt().solve(g);
         if (!x.allFinite() || x.tail<3>().norm() > 0.3f || x.head<3>().norm() > 0.5f)
             return fit;
-        pose = Pose{rotation(x.tail<3>().cast<double>()), x.head<3>().cast<double>()} * pose;
+        pose = exp(x.cast<double>()) * pose;
         if (x.norm() < 1e-5f)
             i = std::max(i, options.iterations - 1);
     }
@@ -190,7 +182,7 @@ CalibrationEvidence calibration_evidence(const DepthSurface &from, const DepthSu
     Matrix6x10 P = Matrix6x10::Zero();
     P.leftCols<6>().setIdentity();
     P.col(9).tail<3>() = -rate_change;
-    Eigen::Matrix<double, 6, 1> off = away(fit.pose, start).cast<double>();
+    Twist off = log(fit.pose * start.inverse());
     off.tail<3>() += lag_s * rate_change;
     const Eigen::Matrix<double, 6, 6> information = start_information.cast<double>();
     H += P.transpose() * information * P;

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "core/base/camera.hpp"
-#include "core/keyframe/self_calibration.hpp"
-#include "core/keyframe/depth_surface.hpp"
 #include "core/base/rigid_motion.hpp"
+#include "core/keyframe/depth_surface.hpp"
+#include "core/keyframe/self_calibration.hpp"
 
 #include <Eigen/Core>
 

@@ -2,10 +2,10 @@
 #pragma once
 
 #include "core/base/camera.hpp"
-#include "core/keyframe/self_calibration.hpp"
 #include "core/base/image.hpp"
-#include "core/keyframe/sensor_noise.hpp"
 #include "core/base/worker_pool.hpp"
+#include "core/keyframe/self_calibration.hpp"
+#include "core/keyframe/sensor_noise.hpp"
 
 namespace afterglow {
 

@@ -26,15 +26,6 @@ constexpr float least_gain = 0.4f, most_gain = 2.5f;
 /// Geman-McClure width in units of the residuals' own scale.
 constexpr float robust_width = 2.5f;
 
-/// The motion (v, w) that takes `mean` to `pose` when applied before it.
-Eigen::Matrix<float, 6, 1> away(const Pose &pose, const Pose &mean) {
-    const Pose d = mean.inverse() * pose;
-    const Eigen::AngleAxisd turn(d.R);
-    Eigen::Matrix<float, 6, 1> x;
-    x << d.T.cast<float>(), (turn.axis() * turn.angle()).cast<float>();
-    return x;
-}
-
 } // namespace
 
 struct DirectAlignment::Sums {
@@ -159,7 +150,8 @@ Alignment DirectAlignment::align(const AlignmentTemplate &reference, const Pyram
             Matrix H = sums.H;
             const float stiffness = scale * scale / options_.independent_share;
             H.topLeftCorner<6, 6>() += stiffness * prior.information;
-            sums.g.head<6>() += stiffness * prior.information * away(at.pose, prior.mean);
+            sums.g.head<6>() +=
+                stiffness * prior.information * log(prior.mean.inverse() * at.pose).cast<float>();
             const float skew_stiffness = stiffness / (prior.skew_rad * prior.skew_rad + 1e-10f);
             for (int k = 0; k < 3; ++k) {
                 H(at_skew + k, at_skew + k) += skew_stiffness;
@@ -170,17 +162,16 @@ Alignment DirectAlignment::align(const AlignmentTemplate &reference, const Pyram
             const Vector x = H.ldlt().solve(sums.g);
             if (!x.allFinite())
                 return best;
-            const Eigen::Vector3d v = x.head<3>().cast<double>();
-            const Eigen::Vector3d w = x.segment<3>(3).cast<double>();
-            if (w.norm() > 0.5 || v.norm() > 1.0)
+            const Twist step = x.head<6>().cast<double>();
+            const double v = step.head<3>().norm(), w = step.tail<3>().norm();
+            if (w > 0.5 || v > 1.0)
                 return best;
-            const Pose step{rotation(w), v};
-            at.pose = at.pose * step.inverse();
+            at.pose = at.pose * exp(step).inverse();
             at.skew -= x.segment<3>(at_skew);
             const float gain = at.gain + gain_unit * x[at_gain];
             at.offset += x[at_offset] - gain_unit * middle_grey * x[at_gain];
             at.gain = std::clamp(gain, least_gain, most_gain);
-            const double moved = reference.camera(level).fx * (w.norm() + v.norm() / 1.0);
+            const double moved = reference.camera(level).fx * (w + v);
             if (moved < 0.02 || (i > 2 && std::abs(previous_cost - cost) < 1e-4f))
                 break;
             previous_cost = cost;

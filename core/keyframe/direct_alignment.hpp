@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/keyframe/alignment_template.hpp"
 #include "core/base/rigid_motion.hpp"
+#include "core/keyframe/alignment_template.hpp"
 #include "core/keyframe/residuals.hpp"
 
 namespace afterglow {

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "core/base/camera.hpp"
-#include "core/keyframe/depth_surface.hpp"
 #include "core/base/rigid_motion.hpp"
+#include "core/keyframe/depth_surface.hpp"
 
 #include <Eigen/Core>
 
@@ -43,18 +43,5 @@ MapError map_error(const DepthSurface &surface, const Intrinsics &camera, const 
 /// Expected relative error of one pixel of a carried map against a fresh reading.
 float pixel_error(const MapError &map, const SensorNoise &noise, float shared_noise, float z,
                   int edge_distance);
-
-/// The confidence plane: 0 = no depth, 255 = measured in this frame, and between them an estimate's
-/// expected relative error in steps of confidence_step.
-constexpr std::uint8_t measured_confidence = 255;
-constexpr float confidence_step = 0.0005f;
-inline std::uint8_t estimated_confidence(float relative_error) {
-    const float c = 255.0f - relative_error * (1.0f / confidence_step);
-    return static_cast<std::uint8_t>(c < 1.0f ? 1.0f : (c > 254.0f ? 254.0f : c));
-}
-/// The expected relative error that a confidence stands for.
-inline float expected_error(std::uint8_t confidence) {
-    return static_cast<float>(measured_confidence - confidence) * confidence_step;
-}
 
 } // namespace afterglow

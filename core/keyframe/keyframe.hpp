@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "core/base/rigid_motion.hpp"
 #include "core/keyframe/alignment_template.hpp"
 #include "core/keyframe/depth_surface.hpp"
-#include "core/base/rigid_motion.hpp"
 
 #include <memory>
 #include <vector>

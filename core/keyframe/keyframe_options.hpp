@@ -2,10 +2,10 @@
 #pragma once
 
 #include "core/keyframe/alignment_template.hpp"
-#include "core/keyframe/self_calibration.hpp"
 #include "core/keyframe/depth_surface.hpp"
 #include "core/keyframe/direct_alignment.hpp"
 #include "core/keyframe/expected_error.hpp"
+#include "core/keyframe/self_calibration.hpp"
 #include "core/keyframe/warp.hpp"
 
 namespace afterglow {
@@ -24,8 +24,6 @@ struct ComposeOptions {
     int maps_per_frame = 3; ///< most maps warped into one frame
     /// An earlier keyframe is tracked against only if that much more of it is in view, percent.
     float newest_bonus = 25;
-    /// Earlier maps that differ from the reference map by more than this are not used, percent.
-    float most_disagreement = 3;
 };
 
 /// The stages of preset "default" (docs/estimation.md).

@@ -5,11 +5,6 @@
 
 namespace afterglow {
 
-Pose part_of(const Pose &motion, double share) {
-    const Eigen::AngleAxisd turn(motion.R);
-    return {rotation(turn.axis() * (turn.angle() * share)), motion.T * share};
-}
-
 Alignment PoseTracker::track(const AlignmentTemplate &reference, const Pyramid &image,
                              std::span<const Pose> starts, const PosePrior &prior) const {
     const int coarsest = reference.options().coarsest_level;

@@ -5,9 +5,6 @@
 
 namespace afterglow {
 
-/// The motion that takes `share` of the time that `motion` takes, at constant velocity.
-Pose part_of(const Pose &motion, double share);
-
 /// Finds the pose of an image against a keyframe: picks the best of several starts at the coarsest
 /// level, aligns, and if the result is not believed tries the other starts and then a fan of
 /// rotations around the previous pose. Real-time safe; keeps no state.

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/keyframe/alignment_template.hpp"
 #include "core/base/image.hpp"
 #include "core/base/rigid_motion.hpp"
+#include "core/keyframe/alignment_template.hpp"
 
 #include <array>
 

@@ -2,10 +2,10 @@
 #pragma once
 
 #include "core/base/camera.hpp"
-#include "core/keyframe/depth_surface.hpp"
-#include "core/keyframe/open_tiles.hpp"
 #include "core/base/rigid_motion.hpp"
 #include "core/base/worker_pool.hpp"
+#include "core/keyframe/depth_surface.hpp"
+#include "core/keyframe/open_tiles.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -36,10 +36,10 @@ inline float warped_z(WarpedPixel p) {
     return static_cast<float>(p >> warped_depth_shift) * (1.0f / warped_units_per_m);
 }
 
-/// Forward reprojection of a measured surface (Noraky & Sze 2019 Eq. 9 of the reprojection section):
-/// each point lands on the pixel nearest to its projection, its depth moved to that pixel's centre
-/// along the surface's own slope; of several, the nearest wins. The minimum does not depend on
-/// order, so the result is the same whatever the number of workers.
+/// Forward reprojection of a measured surface (Noraky & Sze 2019 Eq. 9 of the reprojection
+/// section): each point lands on the pixel nearest to its projection, its depth moved to that
+/// pixel's centre along the surface's own slope; of several, the nearest wins. The minimum does not
+/// depend on order, so the result is the same whatever the number of workers.
 ///
 /// Allocates when made; the calls are real-time safe.
 class Warp {

@@ -55,7 +55,7 @@ const Estimate &PaperPipeline::track(LumaView luma, std::int64_t t_ns) {
     e.pose = (motion->pose * e.pose).normalized();
     e.inliers = motion->inliers;
     reproject(measured_, e.pose, frame_.depth());
-    return frame_.give_estimated(static_cast<std::uint8_t>(255 * motion->inliers / e.matches));
+    return frame_.give_estimated();
 }
 
 const Estimate &PaperPipeline::measure(DepthView depth) {

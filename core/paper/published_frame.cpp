@@ -25,18 +25,18 @@ const Estimate &PublishedFrame::give_measured(DepthView depth) {
     measured_ns_ = t_ns_;
     estimate.pose = Pose::identity();
     frames_since_measured_ = 0;
-    give(FrameSource::measured, 255);
+    give(FrameSource::measured, measured_confidence);
     return estimate;
 }
 
-const Estimate &PublishedFrame::give_estimated(std::uint8_t confidence) {
-    give(FrameSource::estimated, confidence);
+const Estimate &PublishedFrame::give_estimated() {
+    give(FrameSource::estimated, unknown_confidence);
     return estimate;
 }
 
 const Estimate &PublishedFrame::give_nothing() {
     std::ranges::fill(depth_.pixels(), std::uint16_t{0});
-    give(FrameSource::none, 0);
+    give(FrameSource::none, no_confidence);
     return estimate;
 }
 
@@ -46,7 +46,7 @@ void PublishedFrame::give(FrameSource source, std::uint8_t confidence) {
     std::size_t covered = 0;
     for (std::size_t i = 0; i < depth.size(); ++i) {
         covered += depth[i] != 0;
-        plane[i] = depth[i] != 0 ? confidence : 0;
+        plane[i] = depth[i] != 0 ? confidence : no_confidence;
     }
     estimate.source = source;
     const bool nothing = source == FrameSource::none;

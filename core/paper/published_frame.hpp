@@ -2,8 +2,8 @@
 #pragma once
 
 #include "core/base/camera.hpp"
-#include "core/estimate.hpp"
 #include "core/base/image.hpp"
+#include "core/estimate.hpp"
 
 #include <cstdint>
 
@@ -24,8 +24,8 @@ public:
     void begin(std::int64_t t_ns);
     /// `depth` was measured for the image. Same size as the camera's images.
     const Estimate &give_measured(DepthView depth);
-    /// depth() now holds the map estimated for the image.
-    const Estimate &give_estimated(std::uint8_t confidence);
+    /// depth() now holds the map estimated for the image; its error is not predicted.
+    const Estimate &give_estimated();
     /// Nothing can be said about the image; asks for a measurement.
     const Estimate &give_nothing();
 

@@ -23,7 +23,7 @@ public:
         if (following)
             copy_depth(as_mat(luma));
         as_mat(luma).copyTo(previous_luma_);
-        return following ? frame_.give_estimated(255) : frame_.give_nothing();
+        return following ? frame_.give_estimated() : frame_.give_nothing();
     }
 
     const Estimate &measure(DepthView depth) override { return frame_.give_measured(depth); }

@@ -76,7 +76,7 @@ public:
             return frame_.give_nothing();
         reprojection_.warp(measured_, frame_.estimate.pose, recent_);
         copy(recent_, frame_.depth());
-        return frame_.give_estimated(255);
+        return frame_.give_estimated();
     }
 
     const Estimate &measure(DepthView depth) override {

@@ -31,7 +31,7 @@ public:
         const auto scale = truth ? fit_scale(points, *truth) : std::nullopt;
         if (scale)
             draw(points, *scale);
-        scale ? frame_.give_estimated(255) : frame_.give_nothing();
+        scale ? frame_.give_estimated() : frame_.give_nothing();
         Estimate &e = frame_.estimate;
         e.matches = static_cast<int>(pairs.size());
         e.inliers = static_cast<int>(points.size());

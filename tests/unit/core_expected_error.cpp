@@ -38,7 +38,7 @@ double sampled(const Eigen::Vector3d &n, const Eigen::Matrix<double, 6, 1> &devi
         Eigen::Matrix<double, 6, 1> motion;
         for (int k = 0; k < 6; ++k)
             motion[k] = deviations[k] * normal(random);
-        const Pose pose{rotation(motion.tail<3>()), motion.head<3>()};
+        const Pose pose = exp(motion);
         // n.X = 1 of the moved plane: X = R^T (Y - T).
         const Eigen::Vector3d moved = pose.R * n / (1 + (pose.R * n).dot(pose.T));
         for (int v = 16; v < camera.height; v += 32)

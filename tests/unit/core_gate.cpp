@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/gate.hpp"
 #include "tests/catch.hpp"
+#include "tests/film.hpp"
 
 #include <algorithm>
 #include <random>
 #include <vector>
 
 using namespace afterglow;
+using namespace afterglow::testing;
 
 namespace {
 
@@ -110,6 +112,26 @@ TEST_CASE("the gate does not light when a measurement would hardly improve the e
     Gate gate = measured_gate({.target_mre = 1.2, .worthwhile = 75});
     CHECK_FALSE(gate.wants_light(expecting(2.0, 100, 1.6)));
     CHECK(gate.wants_light(expecting(2.0, 100, 1.4)));
+}
+
+TEST_CASE("a sensor whose own noise misses the target is not lit for every image", "[core]") {
+    const Film scene = film_room(160, 120, 20);
+    EstimatorOptions options;
+    options.keyframe.surface.noise.linear = 0.03f;
+    const auto measured = [&](double worthwhile) {
+        Viewer viewer(scene, options);
+        Gate gate({.worthwhile = worthwhile});
+        int count = 0;
+        for (int k = 0; k < 20; ++k)
+            if (gate.wants_light(viewer.track(k))) {
+                viewer.measure(k);
+                gate.measured();
+                ++count;
+            }
+        return count;
+    };
+    CHECK(measured(100) == 20);
+    CHECK(measured(75) < 10);
 }
 
 TEST_CASE("the gate lights when coverage falls below its floor", "[core]") {

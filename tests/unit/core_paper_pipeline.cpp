@@ -82,6 +82,8 @@ TEST_CASE("the paper's estimator follows sideways motion over several frames", "
         CHECK(e.pose.angle() < 0.005);
         CHECK(e.depth(160, 120) == Approx(2000).margin(10));
         CHECK(e.depth(1, 120) == 0); // came into view, never measured
+        CHECK(e.confidence(1, 120) == no_confidence);
+        CHECK(e.confidence(160, 120) == unknown_confidence);
     }
 }
 

@@ -23,11 +23,11 @@ TEST_CASE("a published frame's age counts all images since the measurement", "[c
 
     frame.begin(120);
     frame.depth()(3, 2) = 900;
-    frame.give_estimated(40);
+    frame.give_estimated();
     CHECK(e.age_frames == 2);
     CHECK(e.age_ns == 20);
     CHECK(e.coverage == Approx(100.0 / (16 * 12)));
-    CHECK(e.confidence(3, 2) == 40);
+    CHECK(e.confidence(3, 2) == unknown_confidence);
     CHECK(e.confidence(0, 0) == 0);
     CHECK_FALSE(e.wants_measurement);
 }

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/keyframe/depth_publication.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace afterglow {
+namespace {
+
+/// Maps are added until this share of what the last measured frame covered is covered.
+constexpr float enough_coverage = 0.98f;
+constexpr float least_fill = 0.05f;
+
+/// Mean relative error expected of a map's own pixels.
+float fresh_error(const DepthSurface &surface, const Intrinsics &camera,
+                  const KeyframeOptions &options) {
+    constexpr int step = 8;
+    const MapError error = map_error(surface, camera, Pose::identity(),
+                                     Eigen::Matrix<float, 6, 6>::Zero(), options.error);
+    double sum = 0;
+    int count = 0;
+    for (int v = 0; v < camera.height; v += step)
+        for (int u = 0; u < camera.width; u += step) {
+            const float z = surface.z()(u, v);
+            const int distance = surface.edge_distance()(u, v);
+            if (z == 0.0f || distance < options.warp.least_edge_distance_px)
+                continue;
+            sum +=
+                pixel_error(error, options.surface.noise, options.error.shared_noise, z, distance);
+            ++count;
+        }
+    return count > 0 ? static_cast<float>(sum / count) : 0.0f;
+}
+
+} // namespace
+
+DepthPublication::DepthPublication(const KeyframeOptions &options, const Intrinsics &camera,
+                                   WorkerPool &pool)
+    : camera_(camera), options_(options), composer_(camera, options, pool),
+      motion_mask_(camera, options.alignment) {
+    estimate_.depth = composer_.depth();
+    estimate_.confidence = composer_.confidence();
+}
+
+const Estimate &DepthPublication::nothing(std::int64_t t_ns) {
+    t_ns_ = t_ns;
+    estimate_.age_frames += ever_measured_;
+    estimate_.inliers = estimate_.matches = 0;
+    estimate_.wants_measurement = true;
+    composer_.clear();
+    describe(FrameSource::none, measured_from_world_);
+    return estimate_;
+}
+
+const Estimate &DepthPublication::estimated(const KeyframeSet &keyframes,
+                                            const KeyframeTracker &tracker,
+                                            const Pose &depth_from_world,
+                                            const DepthCorrection &correction, std::int64_t t_ns) {
+    const Alignment &alignment = tracker.alignment();
+    if (alignment.good) {
+        composer_.compose(keyframes, tracker.reference(), depth_from_world, alignment, enough_,
+                          correction);
+        motion_mask_.find(tracker.compared(keyframes), tracker.image(),
+                          tracker.compared_alignment(), composer_.depth());
+        composer_.distrust(motion_mask_);
+    } else {
+        composer_.clear();
+    }
+    t_ns_ = t_ns;
+    ++estimate_.age_frames;
+    estimate_.matches = alignment.points;
+    estimate_.inliers = static_cast<int>(
+        std::lround(alignment.inlier_share * static_cast<float>(alignment.points)));
+    estimate_.wants_measurement = !alignment.good;
+    describe(alignment.good ? FrameSource::estimated : FrameSource::none, depth_from_world);
+    return estimate_;
+}
+
+const Estimate &DepthPublication::measured(DepthView depth, const Keyframe &fresh) {
+    composer_.overlay(depth);
+    enough_ = static_cast<int>(enough_coverage * static_cast<float>(composer_.covered()));
+    ever_measured_ = true;
+    measured_ns_ = t_ns_;
+    measured_from_world_ = fresh.depth_from_world;
+    fresh_fill_ = std::max(fresh.surface.fill(), least_fill);
+    fresh_mre_ = 100 * fresh_error(fresh.surface, camera_, options_);
+    estimate_.age_frames = 0;
+    estimate_.wants_measurement = false;
+    describe(FrameSource::measured, fresh.depth_from_world);
+    return estimate_;
+}
+
+DepthView DepthPublication::composed() const {
+    return composer_.covered() > 0 ? estimate_.depth : DepthView{};
+}
+
+/// Fills in what follows from the composed map.
+void DepthPublication::describe(FrameSource source, const Pose &depth_from_world) {
+    const float covered = static_cast<float>(composer_.covered()) /
+                          static_cast<float>(camera_.width * camera_.height);
+    estimate_.source = source;
+    estimate_.coverage = 100 * covered;
+    estimate_.relative_coverage = std::min(100 * covered / fresh_fill_, 100.0f);
+    estimate_.expected_mre = composer_.expected_mre();
+    estimate_.fresh_mre = fresh_mre_;
+    estimate_.pose = (depth_from_world * measured_from_world_.inverse()).normalized();
+    estimate_.age_ns = source == FrameSource::none ? 0 : t_ns_ - measured_ns_;
+}
+
+} // namespace afterglow

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/estimate.hpp"
+#include "core/keyframe/depth_composer.hpp"
+#include "core/keyframe/keyframe_tracker.hpp"
+#include "core/keyframe/motion_mask.hpp"
+
+#include <cstdint>
+
+namespace afterglow {
+
+/// What is published for each image: the composed depth map, its confidences and what follows from
+/// them. Allocates when made; the calls are real-time safe.
+class DepthPublication {
+public:
+    DepthPublication(const KeyframeOptions &options, const Intrinsics &camera, WorkerPool &pool);
+    DepthPublication(const DepthPublication &) = delete; // the estimate views the planes
+    DepthPublication &operator=(const DepthPublication &) = delete;
+
+    /// A new image, taken at `t_ns`, with no pose to show depth from; asks for a measurement.
+    const Estimate &nothing(std::int64_t t_ns);
+    /// A new image, taken at `t_ns` and aligned by `tracker`. `depth_from_world`: the camera's pose
+    /// when a depth map would be exposed. Nothing, if the alignment is not good.
+    const Estimate &estimated(const KeyframeSet &keyframes, const KeyframeTracker &tracker,
+                              const Pose &depth_from_world, const DepthCorrection &correction,
+                              std::int64_t t_ns);
+    /// `depth` was measured for the last image; what it lacks stays as estimated. `fresh`: the
+    /// keyframe made of it.
+    const Estimate &measured(DepthView depth, const Keyframe &fresh);
+
+    /// The last published map; empty where it has no depth.
+    DepthView composed() const;
+    void clear() { composer_.clear(); }
+
+private:
+    void describe(FrameSource source, const Pose &depth_from_world);
+
+    Intrinsics camera_;
+    KeyframeOptions options_;
+    DepthComposer composer_;
+    MotionMask motion_mask_;
+    Estimate estimate_;
+    std::int64_t t_ns_ = 0;
+    std::int64_t measured_ns_ = 0;
+    Pose measured_from_world_; ///< where the last measurement was made
+    bool ever_measured_ = false;
+    float fresh_fill_ = 1; ///< share of the pixels that the last measured map has
+    int enough_ = 0;       ///< pixels covered after which no more maps are added
+    float fresh_mre_ = 0;  ///< expected of a fresh measurement, percent
+};
+
+} // namespace afterglow

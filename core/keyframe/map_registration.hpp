@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/keyframe/depth_refinement.hpp"
+#include "core/keyframe/direct_alignment.hpp"
+#include "core/keyframe/keyframe.hpp"
+#include "core/keyframe/keyframe_options.hpp"
+#include "core/keyframe/self_calibration.hpp"
+
+namespace afterglow {
+
+/// Places new measured maps among the earlier ones and learns from each pair how the TOF camera
+/// differs from a pinhole camera exposed with the images. Real-time safe.
+class MapRegistration {
+public:
+    MapRegistration(const KeyframeOptions &options, const Intrinsics &camera)
+        : camera_(camera), self_calibration_(options.self_calibration) {}
+
+    /// Fits `fresh`, expected at `expected` (world to camera), to `reference` by geometry and by
+    /// what the images told, and learns from the two if both agree. `alignment`: of the image of
+    /// `fresh` with `reference`; `turning`: the camera's rotation rate now, rad/s.
+    DepthFit add(const Keyframe &reference, const DepthSurface &fresh, const Pose &expected,
+                 const Alignment &alignment, const Eigen::Vector3d &turning);
+
+    /// What has been learnt.
+    const DepthCorrection &correction() const { return self_calibration_.correction(); }
+
+private:
+    Intrinsics camera_;
+    SelfCalibration self_calibration_;
+};
+
+} // namespace afterglow
