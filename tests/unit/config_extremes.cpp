@@ -3,8 +3,8 @@
 // No value that the table of parameters allows makes a pipeline crash.
 #include "config/parameter_table.hpp"
 #include "core/base/worker_pool.hpp"
-#include "core/estimator.hpp"
 #include "core/gate.hpp"
+#include "core/pipeline.hpp"
 #include "tests/catch.hpp"
 
 #include <fmt/format.h>
@@ -31,7 +31,7 @@ void set_extreme(const Parameter &row, bool greatest) {
 void run_frames(const Config &config, int width, int height) {
     const Intrinsics camera{0.8 * width, 0.8 * width, width / 2.0, height / 2.0, width, height};
     WorkerPool pool(1);
-    Estimator estimator(config.estimator, camera, pool);
+    const auto pipeline = pipeline_factory(config.estimator, pool)(camera);
     Gate gate(config.gate);
     std::mt19937 random(1);
     Luma noise(2 * width, height);
@@ -45,12 +45,12 @@ void run_frames(const Config &config, int width, int height) {
                 image(u, v) = noise(u + frame, v);
                 depth(u, v) = static_cast<std::uint16_t>(u < width / 2 ? 900 : 2000 + 5 * v);
             }
-        const Estimate &e = estimator.track(image, 33'000'000LL * frame);
+        const Estimate &e = pipeline->track(image, 33'000'000LL * frame);
         const bool lit = gate.wants_light(e);
         CHECK(std::isfinite(e.expected_mre));
         CHECK((e.coverage >= 0 && e.coverage <= 100));
         if (lit || frame == 3) {
-            estimator.measure(depth);
+            pipeline->measure(depth);
             gate.measured();
         }
     }
