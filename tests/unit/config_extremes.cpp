@@ -3,8 +3,8 @@
 // No value that the table of parameters allows makes a pipeline crash.
 #include "config/parameter_table.hpp"
 #include "core/base/worker_pool.hpp"
-#include "core/pipeline.hpp"
 #include "core/gate.hpp"
+#include "core/pipeline.hpp"
 #include "tests/catch.hpp"
 
 #include <fmt/format.h>
