@@ -6,6 +6,8 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include <string>
+
 namespace afterglow {
 
 /// Every parameter of estimator and gate with its value: an object whose keys are those of `--set`.
