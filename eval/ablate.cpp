@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "eval/ablate.hpp"
 
-#include "eval/json.hpp"
 #include "eval/progress.hpp"
 #include "eval/scoring/evaluation.hpp"
-#include "eval/scoring/summary.hpp"
+#include "eval/scoring/summary_json.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -66,68 +64,62 @@ const std::vector<Variant> &ablation_variants() {
 
 namespace {
 
-std::optional<double> change(const Merit &merit, const Summary &from, const Summary &to) {
-    const auto a = merit.of(from);
-    const auto b = merit.of(to);
+std::optional<double> change(const Metric &metric, const Summary &from, const Summary &to) {
+    const auto a = metric.of(from);
+    const auto b = metric.of(to);
     return a && b ? std::optional(*b - *a) : std::nullopt;
 }
 
 /// "1.37 (-0.02)"; the first row has no change.
-std::string cell(const Merit &merit, const std::vector<Summary> &rows, std::size_t row) {
-    const auto value = merit.of(rows[row]);
+std::string cell(const Metric &metric, const std::vector<Summary> &rows, std::size_t row) {
+    const auto value = metric.of(rows[row]);
     if (!value)
         return "-";
-    const auto by = row > 0 ? change(merit, rows[0], rows[row]) : std::nullopt;
+    const auto by = row > 0 ? change(metric, rows[0], rows[row]) : std::nullopt;
     return fmt::format("{:.2f}", *value) + (by ? fmt::format(" ({:+.2f})", *by) : "");
 }
 
 std::string to_text(const std::vector<Summary> &rows) {
     std::string out = fmt::format("{}, preset {}\n{:<22}", rows[0].dataset, rows[0].preset, "");
-    for (const Merit &merit : merits())
-        out += fmt::format("{:>16}", merit.title);
+    for (const Metric &metric : summary_metrics())
+        out += fmt::format("{:>16}", metric.title);
     for (std::size_t row = 0; row < rows.size(); ++row) {
         out += fmt::format("\n{:<22}", ablation_variants()[row].name);
-        for (const Merit &merit : merits())
-            out += fmt::format("{:>16}", cell(merit, rows, row));
+        for (const Metric &metric : summary_metrics())
+            out += fmt::format("{:>16}", cell(metric, rows, row));
     }
     return out + "\n";
 }
 
 std::string to_markdown(const std::vector<Summary> &rows) {
     std::string out = fmt::format("**{}**\n\n| variant |", rows[0].dataset);
-    for (const Merit &merit : merits())
-        out += fmt::format(" {} |", merit.title);
+    for (const Metric &metric : summary_metrics())
+        out += fmt::format(" {} |", metric.title);
     out += " what is lost |\n|---|";
-    for (std::size_t i = 0; i < merits().size(); ++i)
+    for (std::size_t i = 0; i < summary_metrics().size(); ++i)
         out += "---|";
     out += "---|\n";
     for (std::size_t row = 0; row < rows.size(); ++row) {
         out += fmt::format("| {} |", ablation_variants()[row].name);
-        for (const Merit &merit : merits())
-            out += fmt::format(" {} |", cell(merit, rows, row));
+        for (const Metric &metric : summary_metrics())
+            out += fmt::format(" {} |", cell(metric, rows, row));
         out += fmt::format(" {} |\n", ablation_variants()[row].shows);
     }
     return out;
 }
 
-/// Objects of the variant, its assignments, its summary as `run --json` gives it, and its change
-/// against the first variant.
-std::vector<std::string> to_json(const std::vector<Summary> &rows) {
-    std::vector<std::string> objects;
+/// An object for each variant: its assignments, its summary as `run --json` gives it, and its
+/// change against the first variant.
+std::vector<nlohmann::json> to_objects(const std::vector<Summary> &rows) {
+    std::vector<nlohmann::json> objects;
     for (std::size_t row = 0; row < rows.size(); ++row) {
         const Variant &variant = ablation_variants()[row];
-        std::vector<std::string> assignments;
-        for (const std::string &assignment : variant.assignments)
-            assignments.push_back(json_string(assignment));
-        std::vector<std::string> changes;
-        for (const Merit &merit : merits())
-            changes.push_back(fmt::format("\"{}\": {}", merit.key,
-                                          json_number(change(merit, rows[0], rows[row]))));
-        objects.push_back(
-            json_object({{"variant", json_string(std::string(variant.name))},
-                         {"assignments", json_array(assignments)},
-                         {"summary", to_json(rows[row])},
-                         {"change", fmt::format("{{{}}}", fmt::join(changes, ", "))}}));
+        nlohmann::json &object = objects.emplace_back();
+        object = {{"variant", variant.name},
+                  {"assignments", variant.assignments},
+                  {"summary", rows[row]}};
+        for (const Metric &metric : summary_metrics())
+            object["change"][std::string(metric.key)] = change(metric, rows[0], rows[row]);
     }
     return objects;
 }
@@ -152,8 +144,8 @@ Result<Summary> score(const AblateArguments &arguments, Footage &footage, const 
                                                         }});
     if (!evaluation)
         return evaluation.error();
-    if (evaluation->frames.empty())
-        return Error{fmt::format("{}: not one usable frame", footage.name)};
+    if (Status scored = check_scored(*evaluation, footage.name); !scored)
+        return scored.error();
     return summarize(*evaluation, footage.name, arguments.tuning.preset,
                      resolved->second.target_mre);
 }
@@ -200,19 +192,19 @@ Status ablate(const AblateArguments &arguments) {
         if (const auto resolved = tuning_of(arguments, variant).resolve(); !resolved)
             return Error{fmt::format("variant \"{}\": {}", variant.name, resolved.error().message),
                          EINVAL};
-    std::vector<std::string> objects;
+    std::vector<nlohmann::json> objects;
     for (const std::string &dataset : arguments.datasets) {
         const auto rows = score_all(arguments, dataset);
         if (!rows)
             return rows.error();
         if (arguments.json)
-            std::ranges::move(to_json(*rows), std::back_inserter(objects));
+            std::ranges::move(to_objects(*rows), std::back_inserter(objects));
         else
             fmt::print("{}\n", arguments.markdown ? to_markdown(*rows) : to_text(*rows));
         std::fflush(stdout);
     }
     if (arguments.json)
-        fmt::print("{}\n", json_array(objects));
+        fmt::print("{}\n", json_text(objects, 1));
     return ok();
 }
 

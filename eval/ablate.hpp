@@ -16,7 +16,7 @@ namespace afterglow {
 struct Variant {
     std::string_view name;
     std::vector<std::string> assignments; ///< key=value
-    std::string_view shows;               ///< what is lost, in the words of docs/estimation.md
+    std::string_view shows; ///< what the estimator does without it (docs/estimation.md)
 };
 
 /// The first has all stages; the others are compared with it.

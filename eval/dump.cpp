@@ -31,18 +31,23 @@ Status dump_depth(const std::string &folder, std::uint64_t index, DepthView dept
     return write_png(fmt::format("{}/{:06}.png", folder, index), depth);
 }
 
+Status write_text(const std::string &path, std::string_view text) {
+    std::ofstream file(path, std::ios::binary);
+    file << text;
+    file.close();
+    if (!file)
+        return Error{fmt::format("{}: {}", path, std::strerror(errno)), errno};
+    return ok();
+}
+
 Status write_frames_csv(const std::string &path, const Evaluation &evaluation) {
-    std::ofstream csv(path);
-    csv << "index,t_ns,source,age_frames,expected_mre,mre,coverage,inliers\n";
+    std::string csv = "index,t_ns,source,age_frames,expected_mre,mre,coverage,inliers\n";
     for (const FrameScore &frame : evaluation.frames)
-        csv << fmt::format("{},{},{},{},{},{},{},{}\n", frame.index, frame.t_ns,
+        csv += fmt::format("{},{},{},{},{},{},{},{}\n", frame.index, frame.t_ns,
                            frame.measured ? "measured" : "estimated", frame.age_frames,
                            cell(frame.expected_mre), cell(frame.mre), cell(frame.coverage),
                            frame.inliers);
-    csv.close();
-    if (!csv)
-        return Error{fmt::format("{}: {}", path, std::strerror(errno)), errno};
-    return ok();
+    return write_text(path, csv);
 }
 
 } // namespace afterglow

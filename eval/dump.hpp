@@ -6,16 +6,22 @@
 #include "eval/scoring/evaluation.hpp"
 
 #include <string>
+#include <string_view>
 
 namespace afterglow {
 
-/// Makes the folder where it is missing.
+// Errors name the file or folder and carry its errno: ENOSPC where the disk is full.
+
+/// Makes the folder and its parents where they are missing.
 Status make_folder(const std::string &folder);
+
+/// Writes a whole file, in place of what was there.
+Status write_text(const std::string &path, std::string_view text);
 
 /// Writes a published depth map as FOLDER/000123.png: 16-bit grey, millimetres.
 Status dump_depth(const std::string &folder, std::uint64_t index, DepthView depth);
 
-/// Writes a line for each frame. Cells are empty where nothing is known.
+/// Writes a line for each frame. Cells are empty where a value is not known.
 Status write_frames_csv(const std::string &path, const Evaluation &evaluation);
 
 } // namespace afterglow

@@ -1,21 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <initializer_list>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
-#include <utility>
-#include <vector>
+
+/// A number or null. nlohmann-json writes null for numbers that are not finite, too.
+template <>
+struct nlohmann::adl_serializer<std::optional<double>> {
+    static void to_json(json &value, const std::optional<double> &number) {
+        value = number ? json(*number) : json();
+    }
+    static void from_json(const json &value, std::optional<double> &number) {
+        number = value.is_number() ? std::optional(value.get<double>()) : std::nullopt;
+    }
+};
 
 namespace afterglow {
 
-// JSON is written value by value: each of these gives the text of one.
-
-/// Text may hold anything, as names of folders do.
-std::string json_string(const std::string &text);
-/// Four digits after the point; null for nothing and for what is not finite.
-std::string json_number(const std::optional<double> &value);
-std::string json_array(const std::vector<std::string> &values);
-std::string json_object(std::initializer_list<std::pair<const char *, std::string>> members);
+/// The text of a value: one line, or with `indent` spaces for each level. Numbers have as many
+/// digits as are needed to read the same number back. Bytes that are not UTF-8, which names of
+/// folders may have, become U+FFFD.
+inline std::string json_text(const nlohmann::json &value, int indent = -1) {
+    return value.dump(indent, ' ', false, nlohmann::json::error_handler_t::replace);
+}
 
 } // namespace afterglow

@@ -56,7 +56,7 @@ public:
         add_report("tradeoff", "Duty cycle against error, a curve for every system",
                    {.tradeoff = true});
         add_report("runtime", "Times of flow, stages and systems (Tables I, V)", {.runtime = true});
-        add_report("ransac", "What RANSAC is worth (Table II)", {.ransac = true});
+        add_report("ransac", "Effect of RANSAC (Table II)", {.ransac = true});
         add_report("power", "Power of the whole system (Table VI)", {.power = true});
         add_report("infill", "Give back depth that the TOF camera cannot see", {.infill = true});
         add_report("report", "All of these in one report", Experiments::all());

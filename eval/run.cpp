@@ -6,10 +6,9 @@
 #include "eval/baselines/oracle.hpp"
 #include "eval/dump.hpp"
 #include "eval/import.hpp"
-#include "eval/json.hpp"
 #include "eval/progress.hpp"
 #include "eval/scoring/evaluation.hpp"
-#include "eval/scoring/summary.hpp"
+#include "eval/scoring/summary_json.hpp"
 #include "eval/settings.hpp"
 
 #include <fmt/format.h>
@@ -27,16 +26,16 @@ namespace {
 constexpr int synthetic_frames = 300;
 
 /// What the score was made with.
-std::string settings_json(const RunArguments &arguments, const std::string &layout,
-                          const std::pair<EstimatorOptions, GatePolicy> &tuning) {
+nlohmann::json settings_json(const RunArguments &arguments, const std::string &layout,
+                             const std::pair<EstimatorOptions, GatePolicy> &tuning) {
     const FootageArguments &footage = arguments.footage;
-    return json_object({{"layout", json_string(layout)},
-                        {"frames", std::to_string(footage.frames)},
-                        {"wake_latency", std::to_string(footage.wake_latency)},
-                        {"seed", std::to_string(footage.seed)},
-                        {"motion", json_number(footage.motion)},
-                        {"noise", footage.noise ? "true" : "false"},
-                        {"parameters", parameters_json(tuning.first, tuning.second)}});
+    return {{"layout", layout},
+            {"frames", footage.frames},
+            {"wake_latency", footage.wake_latency},
+            {"seed", footage.seed},
+            {"motion", footage.motion},
+            {"noise", footage.noise},
+            {"parameters", parameters_json(tuning.first, tuning.second)}};
 }
 
 /// Sets one parameter as `key=value` says.
@@ -184,16 +183,15 @@ Status run(const RunArguments &arguments) {
     if (!arguments.csv.empty())
         if (Status written = write_frames_csv(arguments.csv, *evaluation); !written)
             return written;
+    if (Status scored = check_scored(*evaluation, arguments.dataset); !scored)
+        return scored;
     if (!evaluation->problem.empty())
         fmt::print(stderr, "afterglow-eval: {}\n", evaluation->problem);
-    if (evaluation->frames.empty())
-        return Error{fmt::format("{}: not one usable frame", arguments.dataset)};
     const Summary summary =
         summarize(*evaluation, footage->name, arguments.tuning.preset, tuning->second.target_mre);
-    if (arguments.json)
-        fmt::print("{}\n", to_json(summary, settings_json(arguments, footage->layout, *tuning)));
-    else
-        fmt::print("{}", to_text(summary));
+    nlohmann::json object = summary;
+    object["settings"] = settings_json(arguments, footage->layout, *tuning);
+    fmt::print("{}", arguments.json ? json_text(object) + "\n" : to_text(summary));
     return ok();
 }
 

@@ -161,10 +161,11 @@ Status write_rows(const std::string &path, ImageView<const T> image, const PngLa
     for (int v = 0; v < image.height(); ++v)
         rows.push_back(reinterpret_cast<const std::uint8_t *>(image.row(v)));
     const Status encoded = encode_png(file, layout, rows);
+    const bool refused = std::ferror(file) != 0; // by the file system, and errno says why
     const bool closed = std::fclose(file) == 0;
     if (encoded && closed && std::rename(part.c_str(), path.c_str()) == 0)
         return ok();
-    const Error error = failed(encoded ? std::strerror(errno) : encoded.error().message);
+    const Error error = failed(encoded || refused ? std::strerror(errno) : encoded.error().message);
     unlink(part.c_str());
     return error;
 }

@@ -56,26 +56,26 @@ std::vector<Picture> example(const Sequence &sequence, std::span<const Score> sc
         const DepthRange range = depth_range(frame.true_depth());
         if (row.empty()) {
             row.push_back({sequence.name, "image", png_data(grey(frame.luma))});
-            row.push_back({sequence.name,
-                           fmt::format("true depth, {:.1f} to {:.1f} m", range.near_mm / 1000,
-                                       range.far_mm / 1000),
-                           png_data(color_depth(frame.true_depth(), range))});
+            row.push_back(depth_picture(sequence.name, "true depth", frame.true_depth(), range));
         }
-        std::string depth, error;
+        Picture depth, error;
         const auto evaluation = run_system(
             sequence, system, made, pool, watch, [&](std::size_t index, const Estimate &estimate) {
                 if (index != *chosen)
                     return;
-                depth = png_data(color_depth(estimate.depth, range));
-                error = png_data(color_error(estimate.depth, frame.true_depth()));
+                depth = depth_picture(sequence.name, title_of(name), estimate.depth, range);
+                error = {.group = sequence.name,
+                         .caption = {}, // says how old and wrong it is, once that is known
+                         .png = png_data(color_error(estimate.depth, frame.true_depth())),
+                         .colors = Picture::Colors::error,
+                         .from = 0,
+                         .to = largest_error_shown};
             });
         if (!evaluation)
             return {};
-        const std::string title = title_of(name);
-        row.push_back({sequence.name, title, std::move(depth)});
-        row.push_back({sequence.name,
-                       fmt::format("its error: {}", caption(evaluation->frames[*chosen])),
-                       std::move(error)});
+        error.caption = fmt::format("its error: {}", caption(evaluation->frames[*chosen]));
+        row.push_back(std::move(depth));
+        row.push_back(std::move(error));
     }
     return row;
 }

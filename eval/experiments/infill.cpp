@@ -104,10 +104,9 @@ Trial try_infill(const Sequence &sequence, const SystemDescription &description,
 void add_pictures(std::vector<Picture> &pictures, const Trial &trial, const DepthRange &range,
                   const std::string &dataset, const std::string &reason) {
     const std::string group = dataset + ", infilling";
-    pictures.push_back(
-        {group, reason + ": what the camera sees", png_data(color_depth(trial.left, range))});
-    pictures.push_back({group, fmt::format("given back, {:.2f} % off", trial.filled.mre),
-                        png_data(color_depth(trial.given, range))});
+    pictures.push_back(depth_picture(group, reason + ": what the camera sees", trial.left, range));
+    pictures.push_back(depth_picture(
+        group, fmt::format("given back, MRE {:.2f} %", trial.filled.mre), trial.given, range));
 }
 
 } // namespace

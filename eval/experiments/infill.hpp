@@ -8,8 +8,8 @@
 
 namespace afterglow {
 
-/// Section VIII of Noraky & Sze 2019: a TOF camera whose range ends, or which saturates, is given back
-/// what it cannot see from an earlier map that has it. Here the earlier map is whole and, ten
+/// Section VIII of Noraky & Sze 2019: a TOF camera whose range ends, or which saturates, is given
+/// back what it cannot see from an earlier map that has it. Here the earlier map is whole and, ten
 /// frames later, the furthest fifth of the measured depths (out of range), or the nearest
 /// (saturation), is taken away; so that also what is filled in can be scored, which the paper could
 /// not.

@@ -27,6 +27,16 @@ Image<Rgb> thinned(const Image<Rgb> &picture) {
 
 } // namespace
 
+Picture depth_picture(const std::string &group, const std::string &caption, DepthView depth,
+                      const DepthRange &range) {
+    return {.group = group,
+            .caption = caption,
+            .png = png_data(color_depth(depth, range)),
+            .colors = Picture::Colors::depth,
+            .from = range.near_mm / 1000,
+            .to = range.far_mm / 1000};
+}
+
 std::string base64(std::string_view bytes) {
     constexpr char digits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     std::string out;

@@ -3,10 +3,16 @@
 
 #include "core/base/image.hpp"
 #include "core/base/rgb.hpp"
+#include "eval/experiments/results.hpp"
+#include "tools/picture/depth_colors.hpp"
 
 #include <string>
 
 namespace afterglow {
+
+/// A depth map in colours, with the scale that explains them.
+Picture depth_picture(const std::string &group, const std::string &caption, DepthView depth,
+                      const DepthRange &range);
 
 /// A picture as a `data:` address of a PNG file, at most 320 pixels wide. Empty where there is no
 /// memory for it.

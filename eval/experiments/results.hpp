@@ -3,17 +3,20 @@
 
 #include "eval/scoring/summary.hpp"
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace afterglow {
 
-// What the experiments found, and nothing else: everything that a report shows of ours is in here.
+// The results of the experiments. A report prints these and the figures of the paper
+// (eval/report/paper_figures.hpp), nothing else.
 
-/// The knob that was turned to trade duty cycle for error.
+/// The parameter that was varied to trade duty cycle for error.
 struct Setting {
-    std::string name; ///< "threshold", "target" or "interval"; empty: there is no knob
+    std::string
+        name; ///< "threshold", "target" or "interval"; empty: the system has no such parameter
     double value = 0;
 };
 
@@ -24,7 +27,7 @@ struct Score {
     std::string layout; ///< of the dataset; empty where it is not known
 };
 
-/// What something costs in time, against another thing that was timed in turn with it.
+/// The run time of one algorithm, and its ratio to a reference that was timed in turn with it.
 struct Timing {
     std::string name;
     double ms = 0;                     ///< median
@@ -33,7 +36,7 @@ struct Timing {
     int rounds = 0;
 };
 
-/// Table II: what RANSAC is worth when `depth` or `flow` are corrupted.
+/// Table II: error of the pose with and without RANSAC when `depth` or `flow` are corrupted.
 struct RansacScore {
     bool depth = false;
     bool flow = false;
@@ -60,15 +63,26 @@ struct InfillScore {
     double filled = 0;                   ///< percent of what was taken away
 };
 
-/// A panel of a figure.
+/// A picture, and the colour scale that explains it.
 struct Picture {
+    enum class Colors : std::uint8_t {
+        none,  ///< a camera's image
+        depth, ///< color_scale() from `from` to `to`, metres
+        error, ///< error_color() from `from` to `to`, percent
+    };
     std::string group; ///< pictures of one group stand side by side
     std::string caption;
     std::string png; ///< png_data()
+    Colors colors = Colors::none;
+    double from = 0;
+    double to = 0;
 };
 
 struct Results {
     bool complete = true;           ///< false: the work was stopped early
+    std::string version;            ///< of afterglow; this and the next two: empty if not known
+    std::string machine;            ///< CPU model on which the run times were taken
+    std::string date;               ///< when the work began, UTC
     std::vector<std::string> notes; ///< what a reader should know of the data
     std::vector<Score> scores;
     std::vector<Timing> flow_times;   ///< Table I; the reference is the three-step search

@@ -5,6 +5,8 @@
 #include "drivers/simulated/synthetic/truth.hpp"
 #include "eval/datasets/dataset.hpp"
 #include "eval/scoring/footage.hpp"
+#include "eval/scoring/metrics.hpp"
+#include "eval/scoring/summary.hpp"
 
 #include <fmt/format.h>
 
@@ -193,6 +195,11 @@ Result<Sequence> load_sequence(const std::string &source, int frames, Watch &wat
         synthetic ? film_room(*filming, frames, watch) : load_recording(source, frames, watch);
     if (sequence && sequence->frames.empty())
         return Error{fmt::format("{}: not one usable frame", source)};
+    const auto has_depth = [](const Sequence::Frame &frame) {
+        return compare_depth(frame.true_depth(), frame.true_depth()).pixels > 0;
+    };
+    if (sequence && std::ranges::none_of(sequence->frames, has_depth))
+        return no_true_depth(source, sequence->frames.size(), sequence->note);
     return sequence;
 }
 

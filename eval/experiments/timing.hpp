@@ -43,7 +43,8 @@ double stages_work();
 
 /// Table V: a frame's estimate by every system, on the same frames; without `baselines` only by the
 /// paper's and afterglow. Measured frames do not count.
-std::vector<Timing> time_systems(const Sequence &sequence, bool baselines, int workers, Watch &watch);
+std::vector<Timing> time_systems(const Sequence &sequence, bool baselines, int workers,
+                                 Watch &watch);
 
 /// The work of that.
 double systems_work(bool baselines);

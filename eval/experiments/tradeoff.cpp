@@ -15,6 +15,7 @@
 namespace afterglow {
 namespace {
 
+/// A system with a setting; and its score, once it is known.
 struct Run {
     const SystemDescription *system;
     Setting setting;
@@ -32,7 +33,7 @@ bool is_ablation(const SystemDescription &system) {
     return system.name == "reverse-warp" || system.name == "median";
 }
 
-std::vector<double> knob_values(const SystemDescription &system) {
+std::vector<double> setting_values(const SystemDescription &system) {
     if (is_ablation(system))
         return {};
     if (system.name == "default")
@@ -44,16 +45,16 @@ std::vector<double> knob_values(const SystemDescription &system) {
     return thresholds;
 }
 
-/// A run for each value, each once.
-void add(std::vector<Run> &runs, const SystemDescription &system, const std::string &knob,
+/// Adds a run for each value; equal values give one run.
+void add(std::vector<Run> &runs, const SystemDescription &system, const std::string &setting,
          std::vector<double> values) {
     std::ranges::sort(values);
     values.erase(std::unique(values.begin(), values.end()), values.end());
     for (const double value : values)
-        runs.push_back({&system, {knob, value}});
+        runs.push_back({&system, {setting, value}});
 }
 
-/// Those that decide themselves when to measure, and those that never do.
+/// Systems that decide themselves when to measure, with several settings; and those that never do.
 std::vector<Run> first_runs(Sweep how) {
     std::vector<Run> runs;
     for (const SystemDescription &system : systems()) {
@@ -64,7 +65,7 @@ std::vector<Run> first_runs(Sweep how) {
         if (system.lighting != Lighting::adaptive)
             continue;
         const Setting own = own_setting(system);
-        std::vector<double> values = knob_values(system);
+        std::vector<double> values = setting_values(system);
         values.push_back(own.value);
         add(runs, system, own.name, std::move(values));
     }
@@ -74,7 +75,7 @@ std::vector<Run> first_runs(Sweep how) {
     return runs;
 }
 
-/// Those with a fixed interval, among them the one that gives `duty_cycle`, percent.
+/// Systems that measure at a fixed interval; one run of each is at `duty_cycle`, percent.
 std::vector<Run> second_runs(Sweep how, double duty_cycle) {
     std::vector<Run> runs;
     for (const SystemDescription &system : systems()) {
@@ -82,7 +83,7 @@ std::vector<Run> second_runs(Sweep how, double duty_cycle) {
             continue;
         std::vector<double> values;
         if (how == Sweep::full)
-            values = knob_values(system);
+            values = setting_values(system);
         if (duty_cycle > 0)
             values.push_back(std::max(2.0, std::round(100 / duty_cycle)));
         add(runs, system, "interval", std::move(values));

@@ -12,19 +12,19 @@
 
 namespace afterglow {
 
-/// Who plays, and how often.
+/// Which systems are scored, and at how many settings.
 enum class Sweep : std::uint8_t {
-    adaptive, ///< This Work and afterglow alone
-    matched,  ///< and the others at one duty cycle
-    full,     ///< and the others at several
+    adaptive, ///< This Work and afterglow alone, at all their settings
+    matched,  ///< also the others, those with a fixed interval at one duty cycle
+    full,     ///< also the others, at several duty cycles
 };
 
-/// Every system of systems() on one sequence: those that light the camera when they want with
-/// several settings; then those with a fixed interval at the duty cycle that the reference has come
-/// to, and for a full sweep at others; those without a TOF camera once.
+/// Scores the systems of systems() on one sequence: first those that decide themselves when to
+/// measure, at several settings, and those without a TOF camera; then those with a fixed interval,
+/// at compared_duty_cycle() and for a full sweep at other duty cycles.
 ///
-/// Each run is one thread's, `workers` at a time. `on_score` is called as scores come, by one
-/// thread at a time, in an order that does not depend on the threads.
+/// Each setting is evaluated by one of `workers` threads. The caller's thread calls `on_score`, in
+/// an order that does not depend on the number of threads.
 void sweep(const Sequence &sequence, Sweep how, int workers, Watch &watch,
            const std::function<void(Score)> &on_score);
 
@@ -40,12 +40,12 @@ std::vector<const Score *> scores_of(std::span<const Score> scores, std::string_
 const Score *tuned_score(std::span<const Score> scores, std::string_view dataset,
                          std::string_view system);
 /// The duty cycle, percent, at which the systems are compared on a dataset: that of afterglow's
-/// tuned_score(); where it did not play, of the paper's. Negative without either.
+/// tuned_score(); where afterglow has none, of the paper's system. Negative without either.
 double compared_duty_cycle(std::span<const Score> scores, std::string_view dataset);
 /// The setting whose duty cycle is nearest to compared_duty_cycle(); null where there is none.
 const Score *matched_score(std::span<const Score> scores, std::string_view dataset,
                            std::string_view system);
-/// The system as it comes: with its own_setting(). Null where there is none.
+/// The system with its default, own_setting(). Null where there is none.
 const Score *preset_score(std::span<const Score> scores, std::string_view dataset,
                           std::string_view system);
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "eval/experiments/tradeoff.hpp"
 #include "eval/report/paper_figures.hpp"
 #include "eval/report/table_makers.hpp"
-#include "eval/experiments/tradeoff.hpp"
 
 #include <fmt/format.h>
 
@@ -11,11 +11,11 @@ namespace afterglow {
 namespace {
 
 std::vector<double> values_of(const Results &results, const std::string &variant,
-                              const Merit &merit) {
+                              const Metric &metric) {
     std::vector<double> values;
     for (const Ablation &ablation : results.ablations)
         if (ablation.variant == variant)
-            if (const auto value = merit.of(ablation.summary))
+            if (const auto value = metric.of(ablation.summary))
                 values.push_back(*value);
     return values;
 }
@@ -71,24 +71,24 @@ std::optional<Table> stage_worth_table(const Results &results) {
         return std::nullopt;
     Table table{
         .id = "stages",
-        .title = "What each of afterglow's stages is worth",
+        .title = "Ablation of afterglow's stages",
         .explanation =
             "Means over the datasets but stand-ins, and what changes when a stage is switched "
             "off; of each dataset in ablations.csv.",
         .corner = "variant",
         .columns = {},
         .rows = {}};
-    for (const Merit &merit : merits())
-        table.columns.emplace_back(merit.title);
+    for (const Metric &metric : summary_metrics())
+        table.columns.emplace_back(metric.title);
     table.columns.emplace_back("what is lost");
     const std::string &all = results.ablations.front().variant;
     for (const Ablation &ablation : results.ablations) {
         if (std::ranges::find(table.rows, ablation.variant, &Table::Row::label) != table.rows.end())
             continue;
         Table::Row row{ablation.variant, {}};
-        for (const Merit &merit : merits()) {
-            const auto value = mean(values_of(results, ablation.variant, merit));
-            const auto base = mean(values_of(results, all, merit));
+        for (const Metric &metric : summary_metrics()) {
+            const auto value = mean(values_of(results, ablation.variant, metric));
+            const auto base = mean(values_of(results, all, metric));
             const bool changes = value && base && ablation.variant != all;
             row.cells.push_back(
                 {text_of(value, 2) + (changes ? fmt::format(" ({:+.2f})", *value - *base) : "")});

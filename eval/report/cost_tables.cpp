@@ -12,8 +12,8 @@ namespace afterglow {
 namespace {
 
 constexpr const char *how_timed =
-    "Medians of times taken in turn, with quartiles of the ratios: the machine does not matter, "
-    "only how they compare.";
+    "Medians of times taken in turn, with quartiles of the ratios. Ratios within a round do not "
+    "depend on other load of the machine.";
 
 const Timing *find_timing(const std::vector<Timing> &timings, std::string_view name) {
     const auto found = std::ranges::find(timings, name, &Timing::name);

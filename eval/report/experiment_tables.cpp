@@ -9,7 +9,7 @@ namespace afterglow {
 
 std::optional<Table> ransac_table(const Results &results) {
     Table table{.id = "table-2",
-                .title = "Table II. What RANSAC is worth",
+                .title = "Table II. Effect of RANSAC",
                 .explanation = "Error of the translation over simulated motions, a fifth of the "
                                "depths, the flow or both corrupted.",
                 .corner = "corrupted",

@@ -29,16 +29,11 @@ bool is_curve(std::span<const Score> scores, std::string_view dataset, std::stri
 
 Plot tradeoff_panel(const Results &results, const ScoredDataset &scored) {
     const std::string &dataset = scored.name;
-    Plot plot{.id = dataset,
-              .title = scored.label(),
-              .x_label = "duty cycle (%)",
-              .y_label = "median MRE (%)",
-              .x_min = 0,
-              .x_max = 60,
-              .y_min = 0.05,
-              .y_max = 20,
-              .log_y = true,
-              .series = {}};
+    Plot plot{
+        .title = scored.label(),
+        .x = {.label = "duty cycle (%), log scale", .min = 0.5, .max = 60, .logarithmic = true},
+        .y = {.label = "median MRE (%), log scale", .min = 0.05, .max = 20, .logarithmic = true},
+        .series = {}};
     for (const std::string &system : systems_of(results.scores)) {
         if (!is_curve(results.scores, dataset, system))
             continue;
@@ -78,14 +73,9 @@ Figure power_figure(const Results &results) {
                       "Eq. 9 over the power of the TOF camera, with each system's median "
                       "duty cycle in Table III. Dashed: with the average power of Table "
                       "VI, that is, for as long as afterglow takes."};
-    Plot plot{.id = "power",
-              .title = "TOF camera and estimation",
-              .x_label = "power of the TOF camera (W)",
-              .y_label = "power of the system (W)",
-              .x_min = 1,
-              .x_max = 5,
-              .y_min = 0,
-              .y_max = 5,
+    Plot plot{.title = "TOF camera and estimation",
+              .x = {.label = "power of the TOF camera (W)", .min = 1, .max = 5},
+              .y = {.label = "power of the system (W)", .min = 0, .max = 5},
               .series = {}};
     const auto add = [&](std::string name, int color, auto power) -> Plot::Series & {
         Plot::Series series{.name = std::move(name), .color = color, .marks = false, .points = {}};

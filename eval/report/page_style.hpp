@@ -30,10 +30,19 @@ th, td { padding: .3rem .7rem; text-align: right; white-space: nowrap;
 th { font-weight: 600; }
 thead th { white-space: normal; vertical-align: bottom; min-width: 4.5rem; }
 th:first-child { text-align: left; position: sticky; left: 0; background: var(--paper); }
-@media (max-width: 40rem) { th:first-child { white-space: normal; max-width: 38vw; }
-  th, td { padding: .3rem .45rem; } }
+th:first-child { overflow-wrap: anywhere; }
+@media (max-width: 40rem) { th:first-child, .many th:first-child { white-space: normal;
+  min-width: 6.5rem; max-width: 34vw; font-size: .92em; } th, td { padding: .3rem .45rem; } }
 tbody tr:hover td, tbody tr:hover th { background: var(--stripe); }
+tbody { border-bottom: 1px solid var(--line); }
+tbody th, tbody td { vertical-align: top; }
+.many { font-size: .8rem; }
+.many th, .many td { padding: .25rem .35rem; }
+.many thead th { min-width: 3.6rem; }
+.many th:first-child { white-space: normal; min-width: 9rem; }
 .theirs { color: var(--theirs); font-size: .86em; margin-left: .35em; }
+.many .theirs { display: block; margin: 0; }
+.origin { font-size: .88rem; }
 .partial { border-left: 4px solid var(--c1); padding-left: .8rem; color: var(--ink); }
 .panels { display: grid; gap: 1rem; grid-template-columns: repeat(auto-fill, minmax(min(100%, 24rem), 1fr)); }
 svg { width: 100%; height: auto; max-width: 36rem; }
@@ -60,6 +69,9 @@ svg .inside { fill: var(--paper); font-weight: 600; }
 h3 { font-size: 1rem; margin: 1rem 0 .3rem; overflow-wrap: anywhere; }
 figure { margin: 0; }
 figure img { width: 100%; display: block; border-radius: 3px; }
+.bar { display: flex; align-items: center; gap: .4em; font-size: .75rem; white-space: nowrap;
+  color: var(--soft); margin-top: .25rem; }
+.bar i { flex: 1; height: .55rem; border-radius: 2px; }
 figcaption { font-size: .82rem; color: var(--soft); }
 @media print { nav { display: none; } h2 { break-after: avoid; } }
 )";

@@ -15,72 +15,61 @@ constexpr double width = 440;
 constexpr double height = 320;
 constexpr double left = 52, right = 12, top = 30, bottom = 46;
 
-/// From data to the drawing's pixels.
-class Axes {
-public:
-    explicit Axes(const Plot &plot) : plot_(plot) {}
-    double x(double value) const {
-        return left + (width - left - right) * share(value, plot_.x_min, plot_.x_max);
-    }
-    double y(double value) const {
-        const double s = plot_.log_y ? share(std::log(std::max(value, plot_.y_min)),
-                                             std::log(plot_.y_min), std::log(plot_.y_max))
-                                     : share(value, plot_.y_min, plot_.y_max);
-        return height - bottom - (height - top - bottom) * s;
-    }
-    bool holds(double at_x, double at_y) const {
-        return at_x >= plot_.x_min && at_x <= plot_.x_max && at_y >= plot_.y_min &&
-               at_y <= plot_.y_max;
-    }
+/// The place of a value along an axis, 0 to 1.
+double place(double value, const Plot::Axis &axis) {
+    const auto scale = [&](double v) { return axis.logarithmic ? std::log(v) : v; };
+    const double inside = std::clamp(value, axis.min, axis.max);
+    return (scale(inside) - scale(axis.min)) / (scale(axis.max) - scale(axis.min));
+}
 
-private:
-    static double share(double value, double from, double to) {
-        return std::clamp((value - from) / (to - from), 0.0, 1.0);
-    }
-    const Plot &plot_;
-};
+double x_px(double value, const Plot &plot) {
+    return left + (width - left - right) * place(value, plot.x);
+}
 
-/// Round numbers, about `count` of them, from `from` to `to`.
-std::vector<double> ticks(double from, double to, int count) {
-    const double raw = (to - from) / count;
-    const double power = std::pow(10, std::floor(std::log10(raw)));
-    double step = 10 * power;
-    for (const double nice : {1.0, 2.0, 5.0})
-        if (nice * power >= raw) {
-            step = nice * power;
-            break;
-        }
+double y_px(double value, const Plot &plot) {
+    return height - bottom - (height - top - bottom) * place(value, plot.y);
+}
+
+bool is_inside(double value, const Plot::Axis &axis) {
+    return value >= axis.min && value <= axis.max;
+}
+
+/// Round numbers: of a linear axis about six, of a logarithmic one 1, 2 and 5 times the powers of
+/// ten.
+std::vector<double> ticks(const Plot::Axis &axis) {
+    const double span = axis.logarithmic ? axis.min : (axis.max - axis.min) / 6;
+    const double power = std::pow(10, std::floor(std::log10(span)));
     std::vector<double> all;
-    for (double i = std::ceil(from / step); i * step <= to + step / 1e6; ++i)
+    if (axis.logarithmic) {
+        for (double decade = power; decade <= axis.max; decade *= 10)
+            for (const double nice : {1.0, 2.0, 5.0})
+                if (nice * decade >= axis.min * 0.999 && nice * decade <= axis.max * 1.001)
+                    all.push_back(nice * decade);
+        return all;
+    }
+    double step = 10 * power;
+    for (const double nice : {5.0, 2.0, 1.0})
+        if (nice * power >= span)
+            step = nice * power;
+    for (double i = std::ceil(axis.min / step); i * step <= axis.max + step / 1e6; ++i)
         all.push_back(i * step);
     return all;
 }
 
-/// 1, 2 and 5 times the powers of ten.
-std::vector<double> log_ticks(double from, double to) {
-    std::vector<double> all;
-    for (double power = std::pow(10, std::floor(std::log10(from))); power <= to; power *= 10)
-        for (const double nice : {1.0, 2.0, 5.0})
-            if (nice * power >= from * 0.999 && nice * power <= to * 1.001)
-                all.push_back(nice * power);
-    return all;
-}
-
-std::string grid(const Plot &plot, const Axes &axes) {
+std::string grid(const Plot &plot) {
     std::string out;
-    for (const double x : ticks(plot.x_min, plot.x_max, 6))
+    for (const double x : ticks(plot.x))
         out += fmt::format("<path class=grid d=\"M{0:.1f} {1:.1f}V{2:.1f}\"/><text x=\"{0:.1f}\" "
                            "y=\"{3:.1f}\" text-anchor=middle>{4:g}</text>",
-                           axes.x(x), top, height - bottom, height - bottom + 16, x);
-    for (const double y :
-         plot.log_y ? log_ticks(plot.y_min, plot.y_max) : ticks(plot.y_min, plot.y_max, 6))
+                           x_px(x, plot), top, height - bottom, height - bottom + 16, x);
+    for (const double y : ticks(plot.y))
         out += fmt::format("<path class=grid d=\"M{0:.1f} {1:.1f}H{2:.1f}\"/><text x=\"{3:.1f}\" "
                            "y=\"{4:.1f}\" text-anchor=end>{5:g}</text>",
-                           left, axes.y(y), width - right, left - 6, axes.y(y) + 4, y);
+                           left, y_px(y, plot), width - right, left - 6, y_px(y, plot) + 4, y);
     return out;
 }
 
-std::string draw(const Plot::Series &series, const Axes &axes) {
+std::string draw(const Plot::Series &series, const Plot &plot) {
     auto points = series.points;
     std::ranges::sort(points);
     std::string out =
@@ -88,35 +77,35 @@ std::string draw(const Plot::Series &series, const Axes &axes) {
     if (series.line && points.size() > 1) {
         std::string path;
         for (const auto &[x, y] : points)
-            path += fmt::format("{}{:.1f} {:.1f}", path.empty() ? "M" : "L", axes.x(x), axes.y(y));
+            path += fmt::format("{}{:.1f} {:.1f}", path.empty() ? "M" : "L", x_px(x, plot),
+                                y_px(y, plot));
         out += fmt::format("<path class=line d=\"{}\"/>", path);
     }
     if (series.marks)
         for (const auto &[x, y] : points)
-            out +=
-                fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{}\"{}><title>{}: {:.4g}, "
-                            "{:.4g}</title></circle>",
-                            axes.x(x), axes.y(y), series.line ? 3 : 5,
-                            axes.holds(x, y) ? "" : " class=outside", html_text(series.name), x, y);
+            out += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{}\"{}><title>{}: {:.4g}, "
+                               "{:.4g}</title></circle>",
+                               x_px(x, plot), y_px(y, plot), series.line ? 3 : 5,
+                               is_inside(x, plot.x) && is_inside(y, plot.y) ? "" : " class=outside",
+                               html_text(series.name), x, y);
     return out + "</g>";
 }
 
 } // namespace
 
 std::string to_svg(const Plot &plot) {
-    const Axes axes(plot);
     std::string out = fmt::format(
         "<svg viewBox=\"0 0 {0:g} {1:g}\" role=img aria-label=\"{2}\"><text class=title "
         "x=\"{3:g}\" y=\"18\">{2}</text>",
         width, height, html_text(plot.title), left);
-    out += grid(plot, axes);
+    out += grid(plot);
     out += fmt::format("<text x=\"{:g}\" y=\"{:g}\" text-anchor=middle>{}</text>",
-                       (left + width - right) / 2, height - 10, html_text(plot.x_label));
+                       (left + width - right) / 2, height - 10, html_text(plot.x.label));
     out += fmt::format(
         "<text transform=\"translate(14 {:g}) rotate(-90)\" text-anchor=middle>{}</text>",
-        (top + height - bottom) / 2, html_text(plot.y_label));
+        (top + height - bottom) / 2, html_text(plot.y.label));
     for (const Plot::Series &series : plot.series)
-        out += draw(series, axes);
+        out += draw(series, plot);
     return out + "</svg>";
 }
 

@@ -20,12 +20,14 @@ struct Plot {
         std::vector<std::pair<double, double>> points;
     };
 
-    std::string id;
+    struct Axis {
+        std::string label;
+        double min = 0, max = 1;
+        bool logarithmic = false; ///< then `min` is above 0
+    };
+
     std::string title;
-    std::string x_label, y_label;
-    double x_min = 0, x_max = 1;
-    double y_min = 0, y_max = 1;
-    bool log_y = false; ///< then y_min is above 0
+    Axis x, y;
     std::vector<Series> series;
 };
 

@@ -5,19 +5,25 @@
 #include "eval/experiments/example.hpp"
 #include "eval/experiments/infill.hpp"
 #include "eval/experiments/ransac_experiment.hpp"
-#include "eval/report/results_json.hpp"
-#include "eval/report/table.hpp"
 #include "eval/experiments/timing.hpp"
 #include "eval/experiments/tradeoff.hpp"
+#include "eval/report/results_json.hpp"
+#include "eval/report/table.hpp"
 #include "eval/report/write_report.hpp"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <sys/utsname.h>
 
+#include <ctime>
+#include <fstream>
 #include <functional>
 #include <iterator>
 #include <limits>
 #include <optional>
+#include <string>
+#include <thread>
 #include <utility>
 
 namespace afterglow {
@@ -41,6 +47,18 @@ void print(const Results &results, const Experiments &what, const std::string &o
     fmt::print("{}/index.html{}\n", out, results.complete ? "" : " (partial)");
 }
 
+/// "8 x Intel(R) Core(TM) i7", as Linux names the processor; its architecture where it does not.
+std::string cpu_model() {
+    std::string model;
+    std::ifstream cpus("/proc/cpuinfo");
+    for (std::string line; model.empty() && std::getline(cpus, line);)
+        if (line.starts_with("model name") && line.find(": ") != std::string::npos)
+            model = line.substr(line.find(": ") + 2);
+    if (utsname system{}; model.empty() && ::uname(&system) == 0)
+        model = system.machine;
+    return fmt::format("{} x {}", std::thread::hardware_concurrency(), model);
+}
+
 /// One of the experiments on a sequence.
 struct Step {
     bool asked;
@@ -49,12 +67,15 @@ struct Step {
     std::function<void()> job;
 };
 
-/// Does the experiments and keeps the report up to date: what is there stays if the rest is killed.
-class Laboratory {
+/// Runs the experiments. The report is written after each, so that an interrupted run leaves one.
+class ExperimentRun {
 public:
-    explicit Laboratory(const ReportArguments &arguments)
+    explicit ExperimentRun(const ReportArguments &arguments)
         : arguments_(arguments), what_(arguments.experiments), watch_(work_planned()) {
         results_.complete = false; // until it is
+        results_.version = AFTERGLOW_VERSION;
+        results_.machine = cpu_model();
+        results_.date = fmt::format("{:%Y-%m-%d %H:%M} UTC", fmt::gmtime(std::time(nullptr)));
     }
 
     Status run() {
@@ -206,7 +227,7 @@ void ReportArguments::add_to(CLI::App &command) {
 
 Status report(const ReportArguments &arguments) {
     Watch::heed_signals();
-    return Laboratory(arguments).run();
+    return ExperimentRun(arguments).run();
 }
 
 void MergeArguments::add_to(CLI::App &command) {
@@ -216,12 +237,9 @@ void MergeArguments::add_to(CLI::App &command) {
 
 Status merge(const MergeArguments &arguments) {
     Results results;
-    for (const std::string &file : arguments.files) {
-        auto scores = read_scores(file);
-        if (!scores)
-            return scores.error();
-        append(results.scores, *std::move(scores));
-    }
+    for (const std::string &file : arguments.files)
+        if (Status read = read_results(file, results); !read)
+            return read;
     if (Status written = write_report(arguments.out, results); !written)
         return written;
     print(results, {}, arguments.out);

@@ -40,7 +40,8 @@ struct ReportArguments {
 /// report is written, and the Error says which.
 Status report(const ReportArguments &arguments);
 
-/// afterglow-eval merge: one report of many jobs' `run --json`.
+/// afterglow-eval merge: one report of the output of many `run --json`, or of other reports'
+/// results.json.
 struct MergeArguments {
     std::vector<std::string> files;
     std::string out = "out/report";

@@ -15,7 +15,7 @@ namespace afterglow {
 
 // What make_tables() is made of. Each gives nothing where its results are not there.
 
-std::optional<Table> glance_table(const Results &results);       ///< each system as it comes
+std::optional<Table> summary_table(const Results &results);      ///< untuned systems
 std::optional<Table> flow_table(const Results &results);         ///< I
 std::optional<Table> ransac_table(const Results &results);       ///< II
 std::vector<Table> evaluation_tables(const Results &results);    ///< III, one for each system
@@ -44,7 +44,6 @@ std::vector<ScoredDataset> datasets_of(std::span<const Score> scores);
 /// In the order of systems(), then others.
 std::vector<std::string> systems_of(std::span<const Score> scores);
 
-std::optional<double> mean(const std::vector<double> &values);
 /// The median duty cycle of a system over all datasets, percent, at its tuned_score().
 std::optional<double> typical_duty_cycle(const Results &results, std::string_view system);
 /// The paper's board running a system: its active power for the share of the paper's time that the

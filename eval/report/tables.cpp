@@ -7,7 +7,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
 namespace afterglow {
@@ -22,7 +21,7 @@ std::vector<Table> make_tables(const Results &results) {
         if (table)
             tables.push_back(*std::move(table));
     };
-    add_one(glance_table(results));
+    add_one(summary_table(results));
     add_one(flow_table(results));
     add_one(ransac_table(results));
     add(evaluation_tables(results));
@@ -70,12 +69,6 @@ std::vector<std::string> systems_of(std::span<const Score> scores) {
         if (std::ranges::find(names, score.summary.preset) == names.end())
             names.push_back(score.summary.preset);
     return names;
-}
-
-std::optional<double> mean(const std::vector<double> &values) {
-    if (values.empty())
-        return std::nullopt;
-    return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
 std::string text_of(const std::optional<double> &value, int digits) {

@@ -11,19 +11,19 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <fstream>
 
 namespace afterglow {
 namespace {
 
+/// The file has its old or its new content at all times.
 Status write_file(const std::string &path, const std::string &text) {
-    const std::string unfinished = path + ".part";
-    std::ofstream file(unfinished, std::ios::binary);
-    file << text;
-    file.close();
-    if (!file || std::rename(unfinished.c_str(), path.c_str()) != 0)
-        return Error{fmt::format("{}: {}", path, std::strerror(errno)), errno};
-    return ok();
+    const std::string part = path + ".part";
+    Status written = write_text(part, text);
+    if (written && std::rename(part.c_str(), path.c_str()) != 0)
+        written = Error{fmt::format("{}: {}", path, std::strerror(errno)), errno};
+    if (!written)
+        std::remove(part.c_str());
+    return written;
 }
 
 } // namespace

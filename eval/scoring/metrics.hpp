@@ -7,8 +7,8 @@
 
 namespace afterglow {
 
-/// How wrong an estimated depth map is (Noraky & Sze 2019, Section V-C), over the pixels where both it and
-/// the truth have depth. The errors are 0 where there is no such pixel.
+/// How wrong an estimated depth map is (Noraky & Sze 2019, Section V-C), over the pixels where both
+/// it and the truth have depth. The errors are 0 where there is no such pixel.
 struct DepthErrors {
     double mre = 0;               ///< mean relative error, percent of the true depth
     double mae_cm = 0;            ///< mean absolute error

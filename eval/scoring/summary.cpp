@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "eval/scoring/summary.hpp"
 
-#include "eval/json.hpp"
-
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -11,12 +9,6 @@
 
 namespace afterglow {
 namespace {
-
-std::optional<double> mean(const std::vector<double> &values) {
-    if (values.empty())
-        return std::nullopt;
-    return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
-}
 
 /// Pearson's correlation; nothing for fewer than three pairs or values that do not vary.
 std::optional<double> correlation(const std::vector<double> &a, const std::vector<double> &b) {
@@ -43,8 +35,8 @@ std::string cell(const std::optional<double> &value, const char *unit) {
 
 } // namespace
 
-std::span<const Merit> merits() {
-    static constexpr Merit all[] = {
+std::span<const Metric> summary_metrics() {
+    static constexpr Metric all[] = {
         {"duty_cycle", "duty %", [](const Summary &s) { return std::optional(s.duty_cycle); }},
         {"mre_median", "MRE med", [](const Summary &s) { return s.mre_median; }},
         {"mre_p95", "MRE p95", [](const Summary &s) { return s.mre_p95; }},
@@ -52,6 +44,12 @@ std::span<const Merit> merits() {
         {"coverage_p5", "cov. p5", [](const Summary &s) { return s.coverage_p5; }},
     };
     return all;
+}
+
+std::optional<double> mean(const std::vector<double> &values) {
+    if (values.empty())
+        return std::nullopt;
+    return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
 std::optional<double> percentile(std::vector<double> values, double percent) {
@@ -63,6 +61,23 @@ std::optional<double> percentile(std::vector<double> values, double percent) {
     const std::size_t above = std::min(below + 1, values.size() - 1);
     const double share = place - static_cast<double>(below);
     return values[below] * (1 - share) + values[above] * share;
+}
+
+Error no_true_depth(const std::string &sequence, std::size_t frames, const std::string &problem) {
+    return {fmt::format("{}: nothing to score against: not one of {} frames has a depth map that "
+                        "can be read and is not empty{}{}",
+                        sequence, frames, problem.empty() ? "" : "; the first problem: ", problem)};
+}
+
+Status check_scored(const Evaluation &evaluation, const std::string &sequence) {
+    const auto has_truth = [](const FrameScore &frame) { return frame.coverage.has_value(); };
+    if (evaluation.frames.empty())
+        return Error{fmt::format(
+            "{}: not one usable frame{}{}", sequence,
+            evaluation.problem.empty() ? "" : "; the first problem: ", evaluation.problem)};
+    if (std::ranges::none_of(evaluation.frames, has_truth))
+        return no_true_depth(sequence, evaluation.frames.size(), evaluation.problem);
+    return ok();
 }
 
 Summary summarize(const Evaluation &evaluation, const std::string &dataset,
@@ -104,33 +119,6 @@ Summary summarize(const Evaluation &evaluation, const std::string &dataset,
         s.frames_over_target = 100.0 * static_cast<double>(over) / static_cast<double>(mre.size());
     s.ms_per_frame_median = percentile(ms, 50);
     return s;
-}
-
-std::string to_json(const Summary &s, const std::string &settings) {
-    std::string out = "{";
-    const auto add = [&](const char *key, const std::string &value) {
-        out += fmt::format("{}\"{}\": {}", out.size() > 1 ? ", " : "", key, value);
-    };
-    add("dataset", json_string(s.dataset));
-    add("preset", json_string(s.preset));
-    add("frames", std::to_string(s.frames));
-    add("measured", std::to_string(s.measured));
-    add("duty_cycle", json_number(s.duty_cycle));
-    add("mre_median", json_number(s.mre_median));
-    add("mre_mean", json_number(s.mre_mean));
-    add("mre_p95", json_number(s.mre_p95));
-    add("mae_cm_median", json_number(s.mae_cm_median));
-    add("rmse_cm_median", json_number(s.rmse_cm_median));
-    add("coverage_median", json_number(s.coverage_median));
-    add("coverage_p5", json_number(s.coverage_p5));
-    add("ms_per_frame_median", json_number(s.ms_per_frame_median));
-    add("expected_correlation", json_number(s.expected_correlation));
-    add("frames_over_target", json_number(s.frames_over_target));
-    add("damaged", std::to_string(s.damaged));
-    add("unscored", std::to_string(s.unscored));
-    if (!settings.empty())
-        add("settings", settings);
-    return out + "}";
 }
 
 std::string to_text(const Summary &s) {

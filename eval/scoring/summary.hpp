@@ -11,6 +11,9 @@
 
 namespace afterglow {
 
+/// Nothing of no values.
+std::optional<double> mean(const std::vector<double> &values);
+
 /// The value below which `percent` of the values lie, interpolated; nothing of no values.
 std::optional<double> percentile(std::vector<double> values, double percent);
 
@@ -33,21 +36,24 @@ struct Summary {
     std::optional<double> ms_per_frame_median{};
 };
 
+/// The Error of a sequence without a single true depth. `problem`: the first sentence on why a
+/// frame could not be used; or empty.
+Error no_true_depth(const std::string &sequence, std::size_t frames, const std::string &problem);
+/// That, where no published frame has a true depth; another Error where no frame was published.
+Status check_scored(const Evaluation &evaluation, const std::string &sequence);
+
 /// `target_mre`: GatePolicy's, percent.
 Summary summarize(const Evaluation &evaluation, const std::string &dataset,
                   const std::string &preset, double target_mre);
 
 /// One of the few numbers that tell how dark and how wrong, percent.
-struct Merit {
+struct Metric {
     std::string_view key; ///< in JSON
     std::string_view title;
     std::optional<double> (*of)(const Summary &summary);
 };
-std::span<const Merit> merits();
+std::span<const Metric> summary_metrics();
 
-/// One JSON object; its keys are stable. `settings`: a JSON object of what it was made with, which
-/// becomes its last member; empty: without.
-std::string to_json(const Summary &summary, const std::string &settings = {});
 /// A small table for a person.
 std::string to_text(const Summary &summary);
 

@@ -8,6 +8,7 @@
 
 #include <cstdlib>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <string>
 
 using namespace afterglow;
@@ -34,9 +35,10 @@ TEST_CASE("afterglow-eval run scores a dataset in another layout and leaves no f
     const Ended done = run({"afterglow-eval", "run", folder.path(), "--json"});
     ::unsetenv("TMPDIR");
     REQUIRE(done.code == 0);
-    CHECK(done.output.find("\"dataset\": \"seq-01\"") != std::string::npos);
-    CHECK(done.output.find("\"frames\": 4") != std::string::npos);
-    CHECK(done.output.find("\"layout\": \"7-scenes\"") != std::string::npos);
+    const auto json = nlohmann::json::parse(done.output);
+    CHECK(json.at("dataset") == "seq-01");
+    CHECK(json.at("frames") == 4);
+    CHECK(json.at("settings").at("layout") == "7-scenes");
     CHECK(done.errors.find("was assumed") != std::string::npos);
     CHECK(std::filesystem::is_empty(temporary.path()));
 }

@@ -10,9 +10,8 @@
 #include "tests/catch.hpp"
 #include "tests/program.hpp"
 
-#include <cstdlib>
 #include <filesystem>
-#include <map>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -56,63 +55,10 @@ Ended evaluate(const std::string &dataset, Words more = {}) {
     return run(more);
 }
 
-/// A flat JSON object of strings, numbers and nulls, and nothing else; values as they are written.
-std::map<std::string, std::string> parse_json(const std::string &text) {
-    std::map<std::string, std::string> members;
-    std::size_t at = 0;
-    const auto expect = [&](char c) {
-        while (at < text.size() && text[at] == ' ')
-            ++at;
-        INFO("at " << at << " of " << text);
-        REQUIRE(at < text.size());
-        REQUIRE(text[at++] == c);
-    };
-    const auto string = [&] {
-        expect('"');
-        std::string value;
-        for (; at < text.size() && text[at] != '"'; ++at) {
-            if (text[at] == '\\')
-                ++at;
-            REQUIRE(static_cast<unsigned char>(text[at]) >= 0x20);
-            value += text[at];
-        }
-        expect('"');
-        return value;
-    };
-    expect('{');
-    while (true) {
-        const std::string key = string();
-        REQUIRE(members.count(key) == 0);
-        expect(':');
-        while (text[at] == ' ')
-            ++at;
-        if (text[at] == '"') {
-            members[key] = string();
-        } else {
-            const std::size_t end = text.find_first_of(",}", at);
-            members[key] = text.substr(at, end - at);
-            at = end;
-            char *rest = nullptr;
-            std::strtod(members[key].c_str(), &rest);
-            REQUIRE((members[key] == "null" ||
-                     (*rest == '\0' &&
-                      members[key].find_first_not_of("-0123456789.eE+") == std::string::npos)));
-        }
-        if (text[at] == '}')
-            break;
-        expect(',');
-    }
-    CHECK(text.substr(at) == "}\n");
-    return members;
-}
-
-/// What was printed but the settings, which are an object of their own at its end.
-std::map<std::string, std::string> json_of(const Ended &ended) {
+nlohmann::json json_of(const Ended &ended) {
     INFO(ended.errors);
     REQUIRE(ended.code == 0);
-    const std::size_t settings = ended.output.find(", \"settings\": {");
-    REQUIRE(settings != std::string::npos);
-    return parse_json(ended.output.substr(0, settings) + "}\n");
+    return nlohmann::json::parse(ended.output);
 }
 
 std::string read(const std::string &path) {
@@ -141,10 +87,17 @@ TEST_CASE("JSON statistics are null when no frame was estimated", "[eval]") {
     const std::string dataset = record(folder.path() + "/a \"quoted\\name");
     const auto json = json_of(evaluate(dataset, {"--json", "--set", "gate.mode=always-on"}));
     CHECK(json.at("dataset") == "a \"quoted\\name");
-    CHECK(std::stod(json.at("duty_cycle")) == Approx(100));
+    CHECK(json.at("duty_cycle") == 100);
     for (const char *key : {"mre_median", "mre_mean", "mre_p95", "mae_cm_median", "rmse_cm_median",
                             "coverage_median", "coverage_p5"})
-        CHECK(json.at(key) == "null");
+        CHECK(json.at(key).is_null());
+}
+
+TEST_CASE("a folder's name that is not UTF-8 is shown in the JSON, with its bytes marked",
+          "[eval]") {
+    const TemporaryFolder folder;
+    const auto json = json_of(evaluate(record(folder.path() + "/d\xffsk"), {"--json"}));
+    CHECK(json.at("dataset") == "d\xef\xbf\xbdsk");
 }
 
 TEST_CASE("afterglow-eval run counts a frame without depth as an estimate with zero coverage",
@@ -153,14 +106,77 @@ TEST_CASE("afterglow-eval run counts a frame without depth as an estimate with z
     const std::string dataset = record(folder.path() + "/room");
     const auto json = json_of(
         evaluate(dataset, {"--json", "--set", "gate.mode=off", "--dump", folder.path() + "/dump"}));
-    CHECK(json.at("measured") == "0");
-    CHECK(json.at("mre_median") == "null");
-    CHECK(std::stod(json.at("coverage_median")) == 0);
+    CHECK(json.at("measured") == 0);
+    CHECK(json.at("mre_median").is_null());
+    CHECK(json.at("coverage_median") == 0);
     const auto rows = read_csv(folder.path() + "/dump/frames.csv");
     REQUIRE(rows.size() == 1 + frames);
     CHECK(rows[1][2] == "estimated");
     CHECK(rows[1][5].empty());
     CHECK(std::stod(rows[1][6]) == 0);
+}
+
+TEST_CASE("ablate compares each variant with the complete estimator", "[eval]") {
+    const TemporaryFolder folder;
+    const std::string dataset = record(folder.path() + "/room");
+    const auto variants = json_of(run({"afterglow-eval", "ablate", dataset, "--json"}));
+    REQUIRE(variants.size() > 10);
+    CHECK(variants[0].at("variant") == "default");
+    CHECK(variants[0].at("assignments").empty());
+    const auto number = [](const nlohmann::json &summary, const std::string &key) {
+        return summary.at(key).is_null() ? 0.0 : summary.at(key).get<double>();
+    };
+    const auto &complete = variants[0].at("summary");
+    bool changed = false;
+    for (std::size_t i = 1; i < variants.size(); ++i) {
+        INFO(variants[i].at("variant"));
+        CHECK_FALSE(variants[i].at("assignments").empty());
+        for (const auto &[key, change] : variants[i].at("change").items()) {
+            const double expected = number(variants[i].at("summary"), key) - number(complete, key);
+            CHECK((change.is_null() || change.get<double>() == Approx(expected).margin(1e-9)));
+            changed = changed || expected != 0;
+        }
+    }
+    CHECK(changed);
+    // The first is what run scores; another is what run scores with its assignments.
+    for (const std::size_t i : {std::size_t(0), std::size_t(4)}) {
+        Words arguments = {"--json"};
+        for (const auto &assignment : variants[i].at("assignments"))
+            arguments.insert(arguments.end(), {"--set", assignment.get<std::string>()});
+        const auto alone = json_of(evaluate(dataset, arguments));
+        for (const char *key : {"measured", "mre_median", "mre_p95", "coverage_median"}) {
+            INFO(variants[i].at("variant") << ", " << key);
+            CHECK(variants[i].at("summary").at(key) == alone.at(key));
+        }
+    }
+}
+
+TEST_CASE("ablate prints a row for each variant", "[eval]") {
+    const TemporaryFolder folder;
+    const std::string dataset = record(folder.path() + "/room");
+    const Ended text = run({"afterglow-eval", "ablate", dataset, "--frames", "3"});
+    REQUIRE(text.code == 0);
+    CHECK(text.output.find("room, preset default") == 0);
+    CHECK(text.output.find("\nno crack filling ") != std::string::npos);
+    const Ended markdown =
+        run({"afterglow-eval", "ablate", dataset, "--frames", "3", "--markdown"});
+    REQUIRE(markdown.code == 0);
+    CHECK(markdown.output.find("\n| no crack filling | ") != std::string::npos);
+}
+
+TEST_CASE("the oracle's estimates are no worse than afterglow's at the same interval", "[eval]") {
+    const TemporaryFolder folder;
+    const std::string dataset = record(folder.path() + "/room");
+    const auto scored = [&](const char *preset) {
+        return json_of(
+            evaluate(dataset, {"--json", "--preset", preset, "--set", "gate.mode=interval", "--set",
+                               "gate.interval_frames=5"}));
+    };
+    const auto oracle = scored("oracle");
+    const auto ours = scored("default");
+    CHECK(oracle.at("preset") == "oracle");
+    CHECK(oracle.at("measured") == ours.at("measured"));
+    CHECK(oracle.at("mre_median").get<double>() < ours.at("mre_median").get<double>());
 }
 
 TEST_CASE("afterglow-eval run --dump writes the published frames and their metrics", "[eval]") {
@@ -237,6 +253,15 @@ TEST_CASE("afterglow-eval run exits with 1 and one line for an input it cannot e
         std::ofstream(dataset + "/associations.txt") << "# nothing\n";
         told = dataset;
     }
+    SECTION("depth maps without a depth") {
+        for (const auto &file : fs::directory_iterator(dataset + "/depth"))
+            REQUIRE(write_png(file.path().string(), DepthMap(160, 120, 0)));
+        told = "nothing to score against";
+    }
+    SECTION("depth maps that are not there") {
+        fs::remove_all(dataset + "/depth");
+        told = "nothing to score against";
+    }
     SECTION("a dump that cannot be written") {
         options = {"--dump", folder.write("file", "") + "/dump"};
         told = "/file/dump";
@@ -251,6 +276,7 @@ TEST_CASE("afterglow-eval run exits with 1 and one line for an input it cannot e
     CHECK(ended.output.empty());
     CHECK(ended.errors.find("afterglow-eval: ") == 0);
     CHECK(ended.errors.find(told) != std::string::npos);
+    CHECK(ended.errors.find(options.empty() ? dataset : options[1]) != std::string::npos);
     CHECK(ended.errors.find('\n') == ended.errors.size() - 1);
 }
 
@@ -259,12 +285,13 @@ TEST_CASE("afterglow-eval run synthetic depends on nothing but its seed", "[eval
         auto json = json_of(
             run({"afterglow-eval", "run", "synthetic", "--frames", "6", "--seed", seed, "--json"}));
         json.erase("ms_per_frame_median");
+        json.erase("settings");
         return json;
     };
     const auto first = once("3");
     CHECK(first.at("dataset") == "synthetic");
-    CHECK(first.at("frames") == "6");
-    CHECK(first.at("unscored") == "0");
+    CHECK(first.at("frames") == 6);
+    CHECK(first.at("unscored") == 0);
     CHECK(first == once("3"));
     CHECK(first != once("4"));
 }

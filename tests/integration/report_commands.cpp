@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "drivers/simulated/synthetic/truth.hpp"
 #include "tests/catch.hpp"
+#include "tests/dataset_folder.hpp"
 #include "tests/program.hpp"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
@@ -9,8 +13,11 @@
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 #include <thread>
+
+using namespace afterglow;
 
 namespace {
 
@@ -39,8 +46,23 @@ TEST_CASE("afterglow-eval ransac runs without a recording", "[report]") {
     const TemporaryFolder folder;
     const Ended done = run({"afterglow-eval", "ransac", "--out", folder.path() + "/report"});
     REQUIRE(done.code == 0);
-    CHECK(done.output.find("(68.0)") != std::string::npos);
-    CHECK(std::filesystem::exists(folder.path() + "/report/table-2.csv"));
+    const auto scores =
+        nlohmann::json::parse(read(folder.path() + "/report/results.json")).at("ransac");
+    REQUIRE(scores.size() == 3);
+    const std::string page = read(folder.path() + "/report/index.html");
+    const std::string csv = read(folder.path() + "/report/table-2.csv");
+    for (const auto &score : scores) {
+        const double plain = score.at("plain_rmse_mm");
+        const double reduction = 100 * (1 - score.at("ransac_rmse_mm").get<double>() / plain);
+        INFO(score);
+        CHECK(reduction > 30);
+        CHECK(score.at("reduction") == Approx(reduction));
+        const std::string printed = fmt::format("{:.1f}", reduction);
+        CHECK(done.output.find("  " + printed + " (") != std::string::npos);
+        CHECK(page.find("<td>" + printed + "<span") != std::string::npos);
+        CHECK(csv.find("," + printed + ",") != std::string::npos);
+        CHECK(page.find(fmt::format("<td>{:.2f}</td>", plain)) != std::string::npos);
+    }
 }
 
 TEST_CASE("Ctrl-C leaves a valid partial report", "[report]") {
@@ -97,4 +119,52 @@ TEST_CASE("afterglow-eval report names a missing dataset and reports the others"
     CHECK(done.code == 1);
     CHECK(done.errors.find("nothing") != std::string::npos);
     CHECK(done.output.find("synthetic, saturation, afterglow") != std::string::npos);
+}
+
+TEST_CASE("compare scores every system on a recording and shows a frame of it", "[report]") {
+    const TemporaryFolder folder;
+    const DatasetFolder dataset("seq-01");
+    SyntheticTruth truth({.width = 160, .height = 120});
+    for (std::uint64_t k = 0; k < 6; ++k) {
+        const std::string stem = fmt::format("frame-{:06}", k);
+        dataset.image(stem + ".color.png", truth.luma(k));
+        dataset.depth(stem + ".depth.png", truth.depth(k));
+    }
+    const std::string out = folder.path() + "/report";
+    const Ended done = run({"afterglow-eval", "compare", dataset.path(), "--out", out});
+    INFO(done.errors);
+    REQUIRE(done.code == 0);
+    CHECK(done.output.find("Table IV. Comparison: MRE (%)") != std::string::npos);
+    const auto results = nlohmann::json::parse(read(out + "/results.json"));
+    std::set<std::string> systems;
+    for (const auto &score : results.at("scores")) {
+        CHECK(score.at("summary").at("dataset") == "seq-01");
+        CHECK(score.at("layout") == "7-scenes");
+        systems.insert(score.at("summary").at("preset").get<std::string>());
+    }
+    for (const char *system : {"paper", "lk", "non-adaptive", "copy", "sfm-sift", "opencv-rgbd",
+                               "default", "reverse-warp", "median", "oracle"}) {
+        INFO(system);
+        CHECK(systems.count(system) == 1);
+    }
+    const std::string page = read(out + "/index.html");
+    for (const char *caption :
+         {">image<", ">true depth<", ">afterglow<", "class=depth", "class=error"})
+        CHECK(page.find(caption) != std::string::npos);
+    CHECK(results.at("version").get<std::string>().find('.') != std::string::npos);
+    CHECK(page.find(results.at("date").get<std::string>()) != std::string::npos);
+}
+
+TEST_CASE("a recording without depth is left out of the report, and said", "[report]") {
+    const TemporaryFolder folder;
+    const DatasetFolder dataset("seq-01");
+    SyntheticTruth truth({.width = 160, .height = 120});
+    for (std::uint64_t k = 0; k < 3; ++k) {
+        dataset.image(fmt::format("frame-{:06}.color.png", k), truth.luma(k));
+        dataset.depth(fmt::format("frame-{:06}.depth.png", k), DepthMap(160, 120, 0));
+    }
+    const Ended done =
+        run({"afterglow-eval", "power", dataset.path(), "--out", folder.path() + "/report"});
+    CHECK(done.code == 1);
+    CHECK(done.errors.find(dataset.path() + ": nothing to score against") != std::string::npos);
 }

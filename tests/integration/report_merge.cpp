@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -90,4 +91,35 @@ TEST_CASE("afterglow-eval merge keeps jobs with different settings apart", "[rep
     const std::string csv = read(folder.path() + "/report/scores.csv");
     CHECK(csv.find("synthetic,paper,threshold,2,4,") != std::string::npos);
     CHECK(csv.find("synthetic,paper,threshold,8,4,") != std::string::npos);
+}
+
+TEST_CASE("merge keeps all results of a report, and run times of the first", "[report]") {
+    const TemporaryFolder folder;
+    const std::string out = folder.path() + "/ransac";
+    REQUIRE(run({"afterglow-eval", "ransac", "--out", out}).code == 0);
+    const auto job = folder.write("a.json", desk);
+    const Ended merged = run({"afterglow-eval", "merge", out + "/results.json", job,
+                              out + "/results.json", "--out", folder.path() + "/merged"});
+    REQUIRE(merged.code == 0);
+    const auto before = nlohmann::json::parse(read(out + "/results.json"));
+    const auto after = nlohmann::json::parse(read(folder.path() + "/merged/results.json"));
+    REQUIRE(after.at("ransac").size() == 3);
+    for (std::size_t i = 0; i < 3; ++i)
+        CHECK(after.at("ransac")[i].at("plain_rmse_mm").get<double>() ==
+              Approx(before.at("ransac")[i].at("plain_rmse_mm").get<double>()));
+    CHECK(after.at("machine") == before.at("machine"));
+    CHECK(after.at("scores").size() == 1);
+}
+
+TEST_CASE("a report that the disk does not take leaves the old one and says why", "[report]") {
+    const TemporaryFolder folder;
+    const auto job = folder.write("a.json", desk);
+    const std::string out = folder.path() + "/report";
+    const auto page = folder.write("report/index.html", "the old page");
+    std::filesystem::create_symlink("/dev/full", page + ".part");
+    const Ended merged = run({"afterglow-eval", "merge", job, "--out", out});
+    CHECK(merged.code == 1);
+    CHECK(merged.errors == "afterglow-eval: " + page + ".part: No space left on device\n");
+    CHECK(read(page) == "the old page");
+    CHECK_FALSE(std::filesystem::exists(page + ".part"));
 }

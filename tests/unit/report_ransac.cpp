@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/catch.hpp"
 #include "eval/experiments/ransac_experiment.hpp"
+#include "tests/catch.hpp"
 
 using namespace afterglow;
 

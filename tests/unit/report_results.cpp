@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/gate.hpp"
-#include "tests/catch.hpp"
+#include "eval/experiments/png_data.hpp"
+#include "eval/experiments/tradeoff.hpp"
 #include "eval/report/html.hpp"
 #include "eval/report/paper_figures.hpp"
 #include "eval/report/plot.hpp"
-#include "eval/experiments/png_data.hpp"
 #include "eval/report/results_json.hpp"
 #include "eval/report/table.hpp"
-#include "eval/experiments/tradeoff.hpp"
+#include "tests/catch.hpp"
 
 #include <functional>
 #include <string>
@@ -242,9 +242,81 @@ TEST_CASE("base64 pads incomplete groups", "[report]") {
 }
 
 TEST_CASE("a plot draws points beyond its axes hollow at the edge", "[report]") {
-    Plot plot{.id = "p", .title = "p", .x_label = "x", .y_label = "y", .series = {}};
+    Plot plot{.title = "p", .x = {.label = "x"}, .y = {.label = "y"}, .series = {}};
     plot.series.push_back({.name = "s", .line = false, .points = {{0.5, 0.5}}});
     CHECK(to_svg(plot).find("outside") == std::string::npos);
     plot.series[0].points = {{0.5, 7}};
     CHECK(to_svg(plot).find("outside") != std::string::npos);
+}
+
+TEST_CASE("on a logarithmic axis equal ratios are equally far apart", "[report]") {
+    Plot plot{.title = "p",
+              .x = {.label = "x", .min = 0.5, .max = 60, .logarithmic = true},
+              .y = {.label = "y"},
+              .series = {}};
+    plot.series.push_back(
+        {.name = "s", .line = false, .points = {{1, 0.5}, {5, 0.5}, {25, 0.5}, {0, 0.5}}});
+    const std::string svg = to_svg(plot);
+    std::vector<double> places;
+    for (std::size_t at = svg.find("cx=\""); at != svg.npos; at = svg.find("cx=\"", at + 1))
+        places.push_back(std::stod(svg.substr(at + 4)));
+    REQUIRE(places.size() == 4); // by x: 0 is drawn at the left edge
+    CHECK(places[0] < places[1]);
+    CHECK(places[2] - places[1] == Approx(places[3] - places[2]).margin(0.2));
+    for (const char *tick : {">0.5<", ">1<", ">2<", ">5<", ">10<", ">20<", ">50<"})
+        CHECK(svg.find(tick) != std::string::npos);
+}
+
+TEST_CASE("a depth picture in the page has a colour bar in metres, an image none", "[report]") {
+    Results results = sample();
+    CHECK(to_html(results).find("class=bar") == std::string::npos);
+    Picture &picture = results.pictures[0];
+    picture.colors = Picture::Colors::depth;
+    picture.from = 0.84;
+    picture.to = 3.17;
+    CHECK(to_html(results).find("<span>0.8 m</span><i class=depth></i><span>3.2 m</span>") !=
+          std::string::npos);
+    picture.colors = Picture::Colors::error;
+    picture.from = 0;
+    picture.to = 5;
+    CHECK(to_html(results).find("<span>0 %</span><i class=error></i><span>5 %</span>") !=
+          std::string::npos);
+}
+
+TEST_CASE("the summary compares untuned systems in each sequence, and their medians", "[report]") {
+    Results results;
+    const double own = GatePolicy().target_mre;
+    results.scores = {score("desk", "default", "target", own, 9, 1.3),
+                      score("hall", "default", "target", own, 3, 0.7),
+                      score("desk", "paper", "threshold", 4, 20, 1.5),
+                      score("desk", "default", "target", 1, 50, 0.4), // tuned
+                      score("desk", "copy", "interval", 8, 12.5, 3.3)};
+    const auto tables = make_tables(results);
+    REQUIRE(tables.front().id == "summary");
+    const Table &table = tables.front();
+    CHECK(table.explanation.find("afterglow lights the TOF camera in 6.00 % of the frames, with a "
+                                 "median error of 1.00 %") != std::string::npos);
+    std::vector<std::pair<std::string, std::string>> rows;
+    for (const Table::Row &row : table.rows) {
+        REQUIRE(row.cells.size() == table.columns.size());
+        rows.emplace_back(row.label, row.cells[1].ours);
+    }
+    CHECK(rows == std::vector<std::pair<std::string, std::string>>{{"desk", "9.00"},
+                                                                   {"desk", "20.00"},
+                                                                   {"hall", "3.00"},
+                                                                   {"median of 2", "6.00"},
+                                                                   {"median of 1", "20.00"}});
+    const std::string page = to_html(results);
+    CHECK(page.find("<th rowspan=2>desk</th>") != std::string::npos);
+    CHECK(page.find("id=\"summary\"") < page.find("id=\"tradeoff\""));
+}
+
+TEST_CASE("the page says which version made it, when, and on which processor", "[report]") {
+    Results results = sample();
+    CHECK(to_html(results).find("run times on") == std::string::npos);
+    results.version = "1.2.3";
+    results.machine = "4 x <Cortex>";
+    results.date = "2026-02-03 04:05 UTC";
+    CHECK(to_html(results).find("afterglow 1.2.3, 2026-02-03 04:05 UTC; run times on 4 x "
+                                "&lt;Cortex&gt;.") != std::string::npos);
 }

@@ -23,14 +23,18 @@ std::uint8_t mix(std::uint8_t a, std::uint8_t b, double share) {
 
 } // namespace
 
-Rgb color_scale(double place) {
-    constexpr int last = static_cast<int>(std::size(scale)) - 1;
+Rgb interpolate(std::span<const Rgb> stops, double place) {
+    const auto last = static_cast<int>(stops.size()) - 1;
     const double at = (place > 0 ? std::min(place, 1.0) : 0.0) * last;
-    const int i = std::min(static_cast<int>(at), last - 1);
-    const double share = at - i;
-    const Rgb &a = scale[i];
-    const Rgb &b = scale[i + 1];
+    const auto i = static_cast<std::size_t>(std::min(static_cast<int>(at), last - 1));
+    const double share = at - static_cast<double>(i);
+    const Rgb &a = stops[i];
+    const Rgb &b = stops[i + 1];
     return {mix(a.red, b.red, share), mix(a.green, b.green, share), mix(a.blue, b.blue, share)};
+}
+
+Rgb color_scale(double place) {
+    return interpolate(scale, place);
 }
 
 Rgb depth_color(std::uint16_t depth_mm, double near_mm, double far_mm) {

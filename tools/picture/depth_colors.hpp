@@ -5,8 +5,12 @@
 #include "core/base/rgb.hpp"
 
 #include <cstdint>
+#include <span>
 
 namespace afterglow {
+
+/// The colour at `place`, 0 to 1, of a scale of equally spaced stops. Values outside are clamped.
+Rgb interpolate(std::span<const Rgb> stops, double place);
 
 /// Warm is near and cold is far: red at 0, over yellow, green and blue, to violet at 1. Values
 /// outside are clamped.
