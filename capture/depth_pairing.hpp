@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "capture/warmup_filter.hpp"
 #include "core/base/camera.hpp"
 #include "core/estimate.hpp"
-#include "capture/warmup_filter.hpp"
 #include "drivers/source.hpp"
 
 #include <chrono>

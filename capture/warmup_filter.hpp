@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/estimate.hpp"
 #include "core/base/image.hpp"
+#include "core/estimate.hpp"
 
 #include <vector>
 

@@ -11,7 +11,8 @@ namespace afterglow {
 
 /// Which of the two pipelines makes depth.
 enum class Method : std::uint8_t {
-    paper = 0, ///< Noraky & Sze 2019's: sparse flow from the previous image (core/paper/paper_pipeline.hpp)
+    paper = 0,    ///< Noraky & Sze 2019's: sparse flow from the previous image
+                  ///< (core/paper/paper_pipeline.hpp)
     keyframe = 1, ///< ours: alignment with measured keyframes (core/keyframe/keyframe_pipeline.hpp)
 };
 

@@ -5,7 +5,6 @@
 #include "core/gate.hpp"
 
 #include <nlohmann/json_fwd.hpp>
-
 #include <string>
 
 namespace afterglow {

@@ -3,8 +3,8 @@
 
 namespace afterglow {
 
-/// Power of depth sensing with and without afterglow (Noraky & Sze 2019, Section VI, Eq. 9), watts. The
-/// defaults are the paper's measurements of an ODROID XU-3.
+/// Power of depth sensing with and without afterglow (Noraky & Sze 2019, Section VI, Eq. 9), watts.
+/// The defaults are the paper's measurements of an ODROID XU-3.
 struct PowerModel {
     double tof_w = 5.0;      ///< P_TOF, 1 to 5 W for commercial cameras
     double idle_w = 0.19;    ///< P_I, cores and memory while the TOF camera measures

@@ -3,8 +3,8 @@
 
 #include "afterglow/ring.h"
 #include "core/base/camera.hpp"
-#include "core/estimate.hpp"
 #include "core/base/result.hpp"
+#include "core/estimate.hpp"
 #include "ipc/unique_fd.hpp"
 
 #include <cstdint>

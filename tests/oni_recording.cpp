@@ -4,8 +4,8 @@
 // each map, "map NUMBER", where NUMBER is that of the equal map in the recording ROOM, or -1; then
 // how it ended: "lost" or "refused", and why.
 #include "drivers/files/image_file.hpp"
-#include "drivers/openni2/openni2.hpp"
 #include "drivers/files/recording.hpp"
+#include "drivers/openni2/openni2.hpp"
 
 #include <fmt/format.h>
 

@@ -37,8 +37,8 @@ public:
     ChildProcess(ChildProcess &&other) noexcept
         : pid_(std::exchange(other.pid_, -1)), end_signal_(other.end_signal_), code_(other.code_) {}
     ChildProcess &operator=(ChildProcess &&) = delete;
-    /// Sends the end signal and waits 3 seconds at most, unless it is SIGKILL; then sends SIGKILL and
-    /// waits 1 second at most, because the kernel may hold the process in a driver.
+    /// Sends the end signal and waits 3 seconds at most, unless it is SIGKILL; then sends SIGKILL
+    /// and waits 1 second at most, because the kernel may hold the process in a driver.
     ~ChildProcess();
 
     pid_t pid() const { return pid_; } ///< -1 when it has ended

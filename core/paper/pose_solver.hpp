@@ -2,8 +2,8 @@
 #pragma once
 
 #include "core/base/camera.hpp"
-#include "core/paper/match.hpp"
 #include "core/base/rigid_motion.hpp"
+#include "core/paper/match.hpp"
 
 #include <optional>
 #include <span>

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "core/base/camera.hpp"
+#include "core/base/rigid_motion.hpp"
 #include "core/estimator_options.hpp"
 #include "core/paper/match.hpp"
-#include "core/base/rigid_motion.hpp"
 
 #include <cstdint>
 #include <optional>

@@ -10,9 +10,9 @@
 
 namespace afterglow {
 
-/// Forward reprojection of a depth map (Noraky & Sze 2019, Eq. 7): every pixel's point is moved by the
-/// pose and drawn, with its new depth, at the nearest pixel it projects to. Where several fall on
-/// one pixel the nearest point wins. Pixels that nothing falls on stay 0.
+/// Forward reprojection of a depth map (Noraky & Sze 2019, Eq. 7): every pixel's point is moved by
+/// the pose and drawn, with its new depth, at the nearest pixel it projects to. Where several fall
+/// on one pixel the nearest point wins. Pixels that nothing falls on stay 0.
 ///
 /// The pool's workers share the source rows, each drawing into a buffer of its own; the buffers
 /// are merged by minimum, so that the result is the same for any number of workers. warp()

@@ -12,8 +12,8 @@ struct Displacement {
     bool operator==(const Displacement &) const = default;
 };
 
-/// Three-step search (Koga 1981; Noraky & Sze 2019, Section IV-A): where the `block` x `block` pixels
-/// around (u, v) of `from` went in `to`, by the least sum of absolute differences. Tries the
+/// Three-step search (Koga 1981; Noraky & Sze 2019, Section IV-A): where the `block` x `block`
+/// pixels around (u, v) of `from` went in `to`, by the least sum of absolute differences. Tries the
 /// centre and its eight neighbours `step` pixels away, moves to the best, halves the step, and
 /// stops after step 1, so it reaches 2 * step - 1 pixels each way. Of equals the first tried wins,
 /// the centre before all. Candidates whose block leaves the image are passed over.

@@ -3,8 +3,8 @@
 
 #include "core/base/camera.hpp"
 #include "core/base/image.hpp"
-#include "core/base/rigid_motion.hpp"
 #include "core/base/result.hpp"
+#include "core/base/rigid_motion.hpp"
 
 #include <cstdint>
 #include <fstream>

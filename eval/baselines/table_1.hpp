@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/estimator_options.hpp"
 #include "core/base/image.hpp"
+#include "core/estimator_options.hpp"
 #include "core/paper/match.hpp"
 
 #include <Eigen/Core>

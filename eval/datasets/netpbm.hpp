@@ -10,8 +10,8 @@
 
 namespace afterglow {
 
-// Binary Netpbm files. As untrusted as those of drivers/files/image_file.hpp, and refused like them: with
-// an Error whose sentence begins with the file's name.
+// Binary Netpbm files. As untrusted as those of drivers/files/image_file.hpp, and refused like
+// them: with an Error whose sentence begins with the file's name.
 
 /// Reads a PPM file (P6, 8 bits) as luma, by luma_of().
 Result<Luma> read_ppm_luma(const std::string &path);

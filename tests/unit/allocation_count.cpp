@@ -3,6 +3,7 @@
 // Without a sanitizer the allocation functions of glibc are replaced by ones that count and then
 // call glibc's. A sanitizer has replaced them already, and calls a hook for each allocation.
 #include "tests/allocation_count.hpp"
+
 #include "tests/catch.hpp"
 
 #include <atomic>
@@ -96,7 +97,7 @@ TEST_CASE("the allocation counter counts every allocation function on every thre
     };
     const std::pair<const char *, std::function<void *()>> ways[] = {
         {"operator new", [] { return ::operator new(1); }},
-        {"aligned operator new", [] { return ::operator new(64, std::align_val_t{64}); }},
+        {"aligned operator new", [] { return ::operator new (64, std::align_val_t{64}); }},
         {"malloc", [] { return std::malloc(1); }},
         {"calloc", [] { return std::calloc(1, 1); }},
         {"realloc", [] { return std::realloc(nullptr, 1); }},
@@ -118,7 +119,7 @@ TEST_CASE("the allocation counter counts every allocation function on every thre
         CHECK(memory != nullptr);
         CHECK(after == before + 1);
         if (std::string(name) == "aligned operator new")
-            ::operator delete(memory, std::align_val_t{64});
+            ::operator delete (memory, std::align_val_t{64});
         else if (std::string(name) == "operator new")
             ::operator delete(memory);
         else

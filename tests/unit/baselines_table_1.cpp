@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/paper/grid_flow.hpp"
-#include "tests/catch.hpp"
 #include "eval/baselines/table_1.hpp"
+#include "tests/catch.hpp"
 
 #include <cmath>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "eval/baselines/two_view.hpp"
 #include "tests/catch.hpp"
 #include "tests/matches.hpp"
-#include "eval/baselines/two_view.hpp"
 
 #include <random>
 #include <vector>

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// Depth that the sensor cannot see now but saw before is filled in: Noraky & Sze 2019's Section VIII
-// and its two figures, 0.87 % out of range and 0.6 % where the sensor saturates.
+// Depth that the sensor cannot see now but saw before is filled in: Noraky & Sze 2019's Section
+// VIII and its two figures, 0.87 % out of range and 0.6 % where the sensor saturates.
 #include "core/keyframe/expected_error.hpp"
-#include "eval/scoring/metrics.hpp"
 #include "drivers/files/image_file.hpp"
 #include "drivers/files/recording.hpp"
 #include "drivers/simulated/synthetic/noise.hpp"
+#include "eval/scoring/metrics.hpp"
 #include "tests/catch.hpp"
 #include "tests/film.hpp"
 #include "tests/skip.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/gate.hpp"
-#include "eval/scoring/metrics.hpp"
 #include "drivers/simulated/synthetic/noise.hpp"
+#include "eval/scoring/metrics.hpp"
 #include "tests/catch.hpp"
 #include "tests/film.hpp"
 

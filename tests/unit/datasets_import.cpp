@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/files/recording.hpp"
-#include "tests/dataset_folder.hpp"
 #include "eval/datasets/import.hpp"
+#include "tests/dataset_folder.hpp"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/dataset_folder.hpp"
 #include "eval/datasets/dataset.hpp"
+#include "tests/dataset_folder.hpp"
 
 #include <fmt/format.h>
 

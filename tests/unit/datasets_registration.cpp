@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tests/catch.hpp"
 #include "eval/datasets/lens.hpp"
 #include "eval/datasets/registration.hpp"
 #include "eval/datasets/scale.hpp"
+#include "tests/catch.hpp"
 
 #include <cmath>
 #include <cstdlib>

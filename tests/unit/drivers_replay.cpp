@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/files/image_file.hpp"
-#include "drivers/simulated/replay.hpp"
 #include "drivers/files/write_recording.hpp"
+#include "drivers/simulated/replay.hpp"
 #include "tests/catch.hpp"
 #include "tests/temporary_folder.hpp"
 

@@ -40,8 +40,9 @@ std::unique_ptr<CameraConfiguration> configuration(Camera &camera, const Capture
         for (const PixelFormat &format : configuration->at(0).formats().pixelformats())
             offered += (offered.empty() ? "" : ", ") + format.toString();
     }
-    say_failed(fmt::format("the camera '{}' has no usable format of {}x{} (it offers {})", wanted.id,
-                           wanted.width, wanted.height, offered.empty() ? "none" : offered),
+    say_failed(fmt::format("the camera '{}' has no usable format of {}x{} (it offers {})",
+                           wanted.id, wanted.width, wanted.height,
+                           offered.empty() ? "none" : offered),
                EINVAL);
     return nullptr;
 }

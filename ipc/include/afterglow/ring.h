@@ -26,11 +26,11 @@ extern "C" {
 #define AFTERGLOW_MAX_PLANES 8
 
 enum afterglow_plane_kind {
-    AFTERGLOW_PLANE_DEPTH = 1,      /* uint16, millimetres along Z, 0 = no depth */
+    AFTERGLOW_PLANE_DEPTH = 1, /* uint16, millimetres along Z, 0 = no depth */
     /* uint8. 0: no depth. 255: measured in this frame. 1 to 254: estimated; the expected relative
      * error of the depth is (255 - c) * 0.0005, and 1 also stands for larger and unknown errors. */
     AFTERGLOW_PLANE_CONFIDENCE = 2,
-    AFTERGLOW_PLANE_LUMA = 3,       /* uint8, the image that the depth belongs to */
+    AFTERGLOW_PLANE_LUMA = 3, /* uint8, the image that the depth belongs to */
 };
 
 enum afterglow_source {
