@@ -37,8 +37,10 @@ void CameraMotion::advance(const Pose &pose, bool tracked, double dt) {
     velocity_s_ = std::max(dt, 0.0);
     now_ = pose;
     turning_.setZero();
-    if (dt > 0)
-        turning_ = log(velocity_).tail<3>() / dt;
+    if (dt > 0) {
+        const Eigen::AngleAxisd turn(velocity_.R);
+        turning_ = turn.axis() * (turn.angle() / dt);
+    }
 }
 
 void CameraMotion::restart() {

@@ -182,7 +182,7 @@ CalibrationEvidence calibration_evidence(const DepthSurface &from, const DepthSu
     Matrix6x10 P = Matrix6x10::Zero();
     P.leftCols<6>().setIdentity();
     P.col(9).tail<3>() = -rate_change;
-    Twist off = log(fit.pose * start.inverse());
+    Twist off = log(fit.pose * start.inverse()).cast<float>().cast<double>();
     off.tail<3>() += lag_s * rate_change;
     const Eigen::Matrix<double, 6, 6> information = start_information.cast<double>();
     H += P.transpose() * information * P;
