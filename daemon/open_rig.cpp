@@ -70,28 +70,30 @@ struct Tof {
 };
 
 #ifdef AFTERGLOW_WITH_OPENNI2
-Result<Tof> open_openni2(const Config &config, const Intrinsics &camera) {
-    const bool is_stream = config.illuminator.driver == LightDriver::openni2_stream;
-    const OpenNi2Options options = {config.tof.device, camera, config.tof.fps,
-                                    config.tof.registration, is_stream};
-    const auto device = std::make_shared<OpenNi2Device>(options);
-    Tof tof = {open_openni2_tof(device), nullptr};
-    if (is_stream) {
-        tof.light = open_openni2_stream_light(device);
-    } else if (config.illuminator.driver == LightDriver::openni2_emitter) {
-        const auto size = config.illuminator.payload == EmitterPayload::u8    ? 1
-                          : config.illuminator.payload == EmitterPayload::i32 ? 4
-                                                                              : 8;
-        tof.light = open_openni2_emitter(device, config.illuminator.property, size);
-    }
-    return tof;
+std::shared_ptr<OpenNi2Device> openni2_device(const Config &config, const Intrinsics &camera) {
+    return std::make_shared<OpenNi2Device>(
+        OpenNi2Options{config.tof.device, camera, config.tof.fps, config.tof.registration,
+                       config.illuminator.driver == LightDriver::openni2_stream});
+}
+
+/// The device's own light, if the configuration names one.
+Light openni2_light(const Config &config, const std::shared_ptr<OpenNi2Device> &device) {
+    if (config.illuminator.driver == LightDriver::openni2_stream)
+        return open_openni2_stream_light(device);
+    if (config.illuminator.driver != LightDriver::openni2_emitter)
+        return nullptr;
+    const auto size = config.illuminator.payload == EmitterPayload::u8    ? 1
+                      : config.illuminator.payload == EmitterPayload::i32 ? 4
+                                                                          : 8;
+    return open_openni2_emitter(device, config.illuminator.property, size);
 }
 #endif
 
 Result<Tof> open_tof(const Config &config, [[maybe_unused]] const Intrinsics &camera) {
     if (config.tof.driver == TofDriver::openni2) {
 #ifdef AFTERGLOW_WITH_OPENNI2
-        return open_openni2(config, camera);
+        const auto device = openni2_device(config, camera);
+        return Tof{open_openni2_tof(device), openni2_light(config, device)};
 #else
         return left_out("OpenNI2");
 #endif
@@ -172,15 +174,13 @@ Status darken(const Config &config) {
     const bool is_openni2 = config.illuminator.driver == LightDriver::openni2_emitter ||
                             config.illuminator.driver == LightDriver::openni2_stream;
     if (is_openni2) {
-        Result<Tof> tof = open_tof(config, config.color.camera);
-        if (!tof)
-            return tof.error();
-        // A device that is not open would not be told.
-        Status dark = tof->source->start();
-        if (dark)
-            dark = tof->light->set(false);
-        tof->source->stop();
-        return dark;
+#ifdef AFTERGLOW_WITH_OPENNI2
+        const auto device = openni2_device(config, config.color.camera);
+        const Light light = openni2_light(config, device); // names the emitter
+        return device->darken();
+#else
+        return left_out("OpenNI2");
+#endif
     }
     const Result<Light> light = open_light(config.illuminator);
     return light ? (*light)->set(false) : Status(light.error());

@@ -62,7 +62,7 @@ struct OpenNi2Device::Impl : openni::OpenNI::DeviceDisconnectedListener,
         return openni2::library_error(
             fmt::format("the OpenNI2 device '{}' cannot {}", name(), what).c_str());
     }
-    Status open();
+    Status open_device();
     Status open_stream();
     void close();
     Status set_emitter(bool lit);
@@ -110,7 +110,7 @@ struct OpenNi2Device::Impl : openni::OpenNI::DeviceDisconnectedListener,
     std::string problem;
 };
 
-Status OpenNi2Device::Impl::open() {
+Status OpenNi2Device::Impl::open_device() {
     if (Status loaded = openni2::load_library(); !loaded)
         return loaded;
     if (!listens)
@@ -126,7 +126,7 @@ Status OpenNi2Device::Impl::open() {
     }
     clock = DeviceClock();
     is_open = true;
-    return open_stream();
+    return ok();
 }
 
 Status OpenNi2Device::Impl::open_stream() {
@@ -248,7 +248,9 @@ Status OpenNi2Device::start() {
     const std::lock_guard lock(impl_->device_mutex);
     if (impl_->is_open)
         impl_->close();
-    Status opened = impl_->open();
+    Status opened = impl_->open_device();
+    if (opened)
+        opened = impl_->open_stream();
     if (opened && !impl_->options.stream_is_light) {
         if (impl_->stream.start() != openni::STATUS_OK)
             opened = impl_->refused("stream");
@@ -271,6 +273,15 @@ void OpenNi2Device::stop() {
         if (const Status dark = impl_->set_emitter(false); !dark)
             log(Priority::error, "the illuminator may still be lit: " + dark.error().message);
     impl_->close();
+}
+
+Status OpenNi2Device::darken() {
+    const std::lock_guard lock(impl_->device_mutex);
+    if (Status opened = impl_->open_device(); !opened)
+        return opened;
+    Status dark = impl_->emitter_property != 0 ? impl_->set_emitter(false) : ok();
+    impl_->close();
+    return dark;
 }
 
 Capture OpenNi2Device::read(DepthFrame &frame, std::chrono::nanoseconds timeout) {

@@ -48,6 +48,9 @@ public:
     /// to be lit and is not there or refuses.
     Status set_emitter(int property, int size, bool lit);
     Status set_streaming(bool running);
+    /// Opens a device that is not open, switches its emitter off if set_emitter() has named one,
+    /// and closes it, which ends a stream. Errors: ENODEV where it is absent, in use or refuses.
+    Status darken();
 
 private:
     struct Impl;

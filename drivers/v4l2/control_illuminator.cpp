@@ -80,7 +80,12 @@ public:
     ControlIlluminator(const V4l2ControlOptions &options, SystemCalls &calls)
         : options_(options), calls_(calls) {}
 
-    ~ControlIlluminator() override { leave_dark(*this); }
+    ~ControlIlluminator() override {
+        if (fd_ || lit_)
+            leave_dark(*this);
+        else // it was never found, and open_v4l2_control() or set() said so
+            static_cast<void>(set(false));
+    }
 
     Status set(bool lit) override {
         if (Status connected = connect(); !connected)

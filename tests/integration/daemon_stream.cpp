@@ -213,7 +213,7 @@ TEST_CASE("afterglowctl names what is missing when it cannot reach the daemon") 
     const Ended misspelt = run({"afterglowctl", "stauts", "--json"});
     CHECK(misspelt.code == 2);
     CHECK(misspelt.errors ==
-          "afterglowctl: there is no command \"stauts\", did you mean \"status\"?\n");
+          "afterglowctl: there is no command \"stauts\", did you mean \"stats\"?\n");
     const Ended strange = run({"afterglowctl", "\x1b[31m"});
     CHECK(strange.code == 2);
     CHECK(strange.errors == "afterglowctl: there is no command \"\\x1b[31m\"; --help lists them\n");

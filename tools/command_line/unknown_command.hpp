@@ -12,7 +12,7 @@ namespace afterglow {
 /// subcommands; nothing where it was refused for something else.
 std::optional<std::string> unknown_command(const CLI::App &app);
 
-/// `there is no command "stauts", did you mean "status"?`
+/// `there is no command "statsu", did you mean "stats"?`
 std::string no_such_command(const CLI::App &app, const std::string &name);
 
 } // namespace afterglow
