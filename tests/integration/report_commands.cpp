@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "drivers/files/write_recording.hpp"
 #include "drivers/simulated/synthetic/truth.hpp"
 #include "tests/catch.hpp"
-#include "tests/dataset_folder.hpp"
 #include "tests/program.hpp"
 
 #include <fmt/format.h>
@@ -24,6 +24,18 @@ namespace {
 std::string read(const std::string &path) {
     std::ifstream file(path, std::ios::binary);
     return {std::istreambuf_iterator<char>(file), {}};
+}
+
+/// Records the synthetic room, 160x120, in `folder`; without `depth` its maps are empty.
+std::string record_room(const TemporaryFolder &folder, std::uint64_t frames, bool depth) {
+    SyntheticTruth truth({.width = 160, .height = 120});
+    const std::string path = folder.path() + "/room";
+    auto writer = RecordingWriter::create(path, truth.intrinsics());
+    REQUIRE(writer);
+    for (std::uint64_t k = 0; k < frames; ++k)
+        REQUIRE(writer->add(static_cast<std::int64_t>(k) * 33'333'333, truth.luma(k),
+                            depth ? truth.depth(k) : DepthMap(160, 120, 0)));
+    return path;
 }
 
 } // namespace
@@ -123,23 +135,17 @@ TEST_CASE("afterglow-eval report names a missing dataset and reports the others"
 
 TEST_CASE("compare scores every system on a recording and shows a frame of it", "[report]") {
     const TemporaryFolder folder;
-    const DatasetFolder dataset("seq-01");
-    SyntheticTruth truth({.width = 160, .height = 120});
-    for (std::uint64_t k = 0; k < 6; ++k) {
-        const std::string stem = fmt::format("frame-{:06}", k);
-        dataset.image(stem + ".color.png", truth.luma(k));
-        dataset.depth(stem + ".depth.png", truth.depth(k));
-    }
+    const std::string recording = record_room(folder, 6, true);
     const std::string out = folder.path() + "/report";
-    const Ended done = run({"afterglow-eval", "compare", dataset.path(), "--out", out});
+    const Ended done = run({"afterglow-eval", "compare", recording, "--out", out});
     INFO(done.errors);
     REQUIRE(done.code == 0);
     CHECK(done.output.find("Table IV. Comparison: MRE (%)") != std::string::npos);
     const auto results = nlohmann::json::parse(read(out + "/results.json"));
     std::set<std::string> systems;
     for (const auto &score : results.at("scores")) {
-        CHECK(score.at("summary").at("dataset") == "seq-01");
-        CHECK(score.at("layout") == "7-scenes");
+        CHECK(score.at("summary").at("dataset") == "room");
+        CHECK(score.at("layout") == "tum");
         systems.insert(score.at("summary").at("preset").get<std::string>());
     }
     for (const char *system : {"paper", "lk", "non-adaptive", "copy", "sfm-sift", "opencv-rgbd",
@@ -157,14 +163,9 @@ TEST_CASE("compare scores every system on a recording and shows a frame of it", 
 
 TEST_CASE("a recording without depth is left out of the report, and said", "[report]") {
     const TemporaryFolder folder;
-    const DatasetFolder dataset("seq-01");
-    SyntheticTruth truth({.width = 160, .height = 120});
-    for (std::uint64_t k = 0; k < 3; ++k) {
-        dataset.image(fmt::format("frame-{:06}.color.png", k), truth.luma(k));
-        dataset.depth(fmt::format("frame-{:06}.depth.png", k), DepthMap(160, 120, 0));
-    }
+    const std::string recording = record_room(folder, 3, false);
     const Ended done =
-        run({"afterglow-eval", "power", dataset.path(), "--out", folder.path() + "/report"});
+        run({"afterglow-eval", "power", recording, "--out", folder.path() + "/report"});
     CHECK(done.code == 1);
-    CHECK(done.errors.find(dataset.path() + ": nothing to score against") != std::string::npos);
+    CHECK(done.errors.find(recording + ": nothing to score against") != std::string::npos);
 }
