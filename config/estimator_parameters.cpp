@@ -172,9 +172,15 @@ void add_gate(ParameterTable &table, GatePolicy &gate) {
     table.add("gate.interval_frames", &gate.interval_frames, {1, 100000, "frames"},
               "Mode interval: from one measurement to the next; lower it for less error at a "
               "higher duty cycle.");
-    table.add("gate.target_mre", &gate.target_mre, {0.01, 100, "percent"},
-              "Mean relative error aimed at in mode auto, and above which frames are counted by "
-              "afterglow-eval; lower it for better depth at a higher duty cycle.");
+    table.add(
+        "gate.target_mre", &gate.target_mre, {0.01, 100, "percent"},
+        "Mode auto: an expected mean relative error above it is measured away, where that helps; "
+        "afterglow-eval counts frames above it; lower it for better depth at a higher duty "
+        "cycle.");
+    table.add(
+        "gate.measurement_price", &gate.measurement_price, {0, 100000, "percent^2 frames"},
+        "Mode auto, preset default: what a measurement costs; raise it to save light, lower it "
+        "for smaller errors.");
     table.add("gate.worthwhile", &gate.worthwhile, {1, 100, "percent"},
               "Mode auto, preset default: share of the expected error to which a measurement must "
               "promise to lower it; raise it when the target is missed although the light is dark.",

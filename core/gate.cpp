@@ -37,7 +37,9 @@ bool Gate::wants_light(const Estimate &estimate) {
     if (since_measurement_ == 1) {
         first_mre_ = estimate.expected_mre;
         first_coverage_ = estimate.relative_coverage;
+        excess_ = 0;
     }
+    excess_ += excess_of(estimate.expected_mre);
     tokens_ = std::min(tokens_ + policy_.duty_cycle_budget / 100, policy_.budget_burst);
     const bool lit = policy_.mode != GateMode::off && (waited_ >= 0 || decide(estimate));
     waited_ = lit ? waited_ + 1 : -1;
@@ -73,6 +75,11 @@ bool Gate::decide(const Estimate &estimate) const {
     return false;
 }
 
+/// By how much the squared error is more than that of a map just measured; percent^2.
+double Gate::excess_of(double mre) const {
+    return std::max(mre * mre - first_mre_ * first_mre_, 0.0);
+}
+
 /// Whether the map will be too wrong or too small by the time a measurement could arrive: error and
 /// coverage are expected to go on as they went since the last measurement.
 bool Gate::misses_target(const Estimate &estimate) const {
@@ -86,7 +93,19 @@ bool Gate::misses_target(const Estimate &estimate) const {
     const double coverage = estimate.relative_coverage -
                             ahead * std::max(first_coverage_ - estimate.relative_coverage, 0.0);
     const bool helps = estimate.fresh_mre < policy_.worthwhile / 100 * mre;
-    return (mre > policy_.target_mre && helps) || coverage < policy_.coverage_floor;
+    return (mre > policy_.target_mre && helps) || pays_off(estimate.expected_mre, mre) ||
+           coverage < policy_.coverage_floor;
+}
+
+/// Measured every n images at a price p, an image costs (sum_i e_i^2 + p) / n in the mean. That is
+/// least where the next image would cost more than this mean. e_i: expected errors, percent, now
+/// and when a measurement could arrive; errors of a map just measured are not to be saved.
+bool Gate::pays_off(double mre, double mre_at_arrival) const {
+    const double price = policy_.measurement_price * policy_.target_mre * policy_.target_mre;
+    const double until_arrival = latency_ * (excess_of(mre) + excess_of(mre_at_arrival)) / 2;
+    const int frames = since_measurement_ + latency_;
+    return price > 0 &&
+           frames * excess_of(mre_at_arrival) - excess_ - until_arrival >= price * (1 + latency_);
 }
 
 } // namespace afterglow

@@ -26,7 +26,10 @@ struct GatePolicy {
     int interval_frames = 10; ///< for GateMode::interval; 1 measures every frame
 
     // For GateMode::automatic.
-    double target_mre = 1.35;   ///< percent: the mean relative error aimed at
+    double target_mre = 2; ///< percent: light when a frame is expected to pass this error
+    /// Frames at that error whose squared errors sum up to what a measurement costs: light, too,
+    /// when a measurement saves more. 0: the target alone decides.
+    double measurement_price = 1;
     double worthwhile = 75;     ///< percent: a measurement must promise to lower it to this share
     double coverage_floor = 75; ///< percent of what a measurement would cover
     int shortest_interval_frames = 1;  ///< between two measurements, at least
@@ -62,7 +65,9 @@ public:
 
 private:
     bool decide(const Estimate &estimate) const;
+    double excess_of(double mre) const;
     bool misses_target(const Estimate &estimate) const;
+    bool pays_off(double mre, double mre_at_arrival) const;
 
     GatePolicy policy_;
     int since_measurement_ = -1; ///< images; -1: never measured
@@ -71,6 +76,7 @@ private:
     double tokens_; ///< lit frames that the budget allows now
     bool exhausted_ = false;
     double first_mre_ = 0;      ///< expected of the first estimate since the measurement
+    double excess_ = 0;         ///< sum of excess_of() since the measurement
     double first_coverage_ = 0; ///< relative, of the same
 };
 

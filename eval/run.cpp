@@ -80,7 +80,7 @@ Result<std::pair<EstimatorOptions, GatePolicy>> TuningArguments::resolve() const
     Config config;
     config.estimator = *estimator;
     if (oracle)
-        config.gate.target_mre = oracle_target_mre;
+        config.gate = oracle_gate;
     const ParameterTable table = ParameterTable::of_estimator(config);
     for (const std::string &assignment : assignments)
         if (const Status set = assign(table, assignment, estimator->method, preset); !set)

@@ -16,8 +16,8 @@ namespace afterglow {
 
 /// The preset that looks at the truth (oracle.hpp). Only some commands have it; the daemon has not.
 inline constexpr const char *oracle_preset = "oracle";
-/// Its gate.target_mre: the error at which the oracle that afterglow is measured by was lit.
-inline constexpr double oracle_target_mre = 1.5;
+/// Its gate, which lights at an error alone: the one that afterglow is measured by.
+inline constexpr GatePolicy oracle_gate = {.target_mre = 1.5, .measurement_price = 0};
 
 /// How depth is to be made, as told on a command line.
 struct TuningArguments {

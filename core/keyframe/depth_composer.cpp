@@ -33,7 +33,7 @@ void DepthComposer::clear() {
 
 void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const Pose &now,
                             const Alignment &alignment, int enough,
-                            const DepthCorrection &correction) {
+                            const DepthCorrection &correction, float error_scale) {
     correction_ = correction;
     clear();
     std::array<Candidate, most_candidates> candidates{};
@@ -55,18 +55,20 @@ void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const P
         const Keyframe &k = keyframes[candidates[static_cast<std::size_t>(i)].keyframe];
         const Pose pose = now * k.depth_from_world.inverse();
         warp_.run(k.surface, pose, depth_, pool_, first ? alignment.skew : Eigen::Vector3f::Zero());
-        merge(map_error(k.surface, camera_, pose, alignment.covariance, options_.error), k.surface);
+        merge(map_error(k.surface, camera_, pose, alignment.covariance, options_.error), k.surface,
+              error_scale);
     }
 }
 
 /// Writes what was warped into the pixels that are still empty.
-void DepthComposer::merge(const MapError &error, const DepthSurface &surface) {
+void DepthComposer::merge(const MapError &error, const DepthSurface &surface, float error_scale) {
     ConfidenceTable table;
     for (int d = 0; d <= DepthSurface::far_from_edge; ++d)
         for (int b = 0; b < z_bins; ++b)
             table[static_cast<std::size_t>(d)][static_cast<std::size_t>(b)] = estimated_confidence(
-                pixel_error(error, surface.options().noise, options_.error.shared_noise,
-                            (static_cast<float>(b) + 0.5f) * z_bin_m, d));
+                error_scale * pixel_error(error, surface.options().noise,
+                                          options_.error.shared_noise,
+                                          (static_cast<float>(b) + 0.5f) * z_bin_m, d));
     std::atomic<int> added = 0;
     const int rows = camera_.height, n = pool_.size();
     pool_.run([&](int worker) {
@@ -109,8 +111,8 @@ int DepthComposer::merge_row(int v, int begin, int end, const ConfidenceTable &t
     return count;
 }
 
-void DepthComposer::distrust(const MotionMask &mask) {
-    const std::uint8_t most = estimated_confidence(options_.error.moving_error);
+void DepthComposer::distrust(const MotionMask &mask, float relative_error) {
+    const std::uint8_t most = estimated_confidence(relative_error);
     constexpr int cell = MotionMask::cell_px;
     for (int v = 0; v < camera_.height; ++v) {
         const std::uint8_t *moving = mask.moving().row(v / cell);
@@ -119,6 +121,26 @@ void DepthComposer::distrust(const MotionMask &mask) {
             if (moving[u / cell])
                 confidence[u] = std::min(confidence[u], most);
     }
+}
+
+DepthComposer::Errors DepthComposer::compare(DepthView measured, const MotionMask &mask,
+                                             bool moving) const {
+    constexpr int step = 2, cell = MotionMask::cell_px;
+    Errors errors;
+    for (int v = 0; v < camera_.height; v += step)
+        for (int u = 0; u < camera_.width; u += step) {
+            const int truth = measured(u, v), shown = depth_(u, v);
+            if (truth == 0 || shown == 0 || (mask.moving()(u / cell, v / cell) != 0) != moving)
+                continue;
+            errors.true_error += std::abs(shown - truth) / static_cast<double>(truth);
+            errors.expected_error += expected_error(confidence_(u, v));
+            ++errors.pixels;
+        }
+    if (errors.pixels > 0) {
+        errors.true_error /= errors.pixels;
+        errors.expected_error /= errors.pixels;
+    }
+    return errors;
 }
 
 void DepthComposer::overlay(DepthView measured) {

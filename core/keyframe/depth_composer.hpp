@@ -27,11 +27,21 @@ public:
 
     /// `now`: world to camera, when its depth map would be exposed. `alignment`: of the image with
     /// keyframe `reference`. Stops when `enough` pixels are covered. The map shows what a TOF
-    /// camera with that `correction` would read.
+    /// camera with that `correction` would read. `error_scale`: factor on the modelled errors.
     void compose(const KeyframeSet &keyframes, int reference, const Pose &now,
-                 const Alignment &alignment, int enough, const DepthCorrection &correction = {});
-    /// Lowers the confidence of what lies in moving cells to that of `moving_error`.
-    void distrust(const MotionMask &mask);
+                 const Alignment &alignment, int enough, const DepthCorrection &correction = {},
+                 float error_scale = 1);
+    /// Lowers the confidence of what lies in moving cells to that of `relative_error`.
+    void distrust(const MotionMask &mask, float relative_error);
+    /// The true error of the composed map where `measured` has depth too, and the one that its
+    /// confidences promise there; relative.
+    struct Errors {
+        double true_error = 0;
+        double expected_error = 0;
+        int pixels = 0; ///< compared: every second one of every second row
+    };
+    /// Inside moving cells, or outside of them.
+    Errors compare(DepthView measured, const MotionMask &mask, bool moving) const;
     /// Empties the map.
     void clear();
     /// Lays a measured map over the composed one; pixels it lacks stay as they were composed.
@@ -51,7 +61,7 @@ private:
     using ConfidenceTable =
         std::array<std::array<std::uint8_t, z_bins>, DepthSurface::far_from_edge + 1>;
 
-    void merge(const MapError &error, const DepthSurface &surface);
+    void merge(const MapError &error, const DepthSurface &surface, float error_scale);
     int merge_row(int v, int begin, int end, const ConfidenceTable &table);
 
     Intrinsics camera_;

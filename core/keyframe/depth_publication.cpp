@@ -59,10 +59,10 @@ const Estimate &DepthPublication::estimated(const KeyframeSet &keyframes,
     const Alignment &alignment = tracker.alignment();
     if (alignment.good) {
         composer_.compose(keyframes, tracker.reference(), depth_from_world, alignment, enough_,
-                          correction);
+                          correction, error_scale_.scale());
         motion_mask_.find(tracker.compared(keyframes), tracker.image(),
                           tracker.compared_alignment(), composer_.depth());
-        composer_.distrust(motion_mask_);
+        composer_.distrust(motion_mask_, moving_scale_.scale() * options_.error.moving_error);
     } else {
         composer_.clear();
     }
@@ -77,17 +77,30 @@ const Estimate &DepthPublication::estimated(const KeyframeSet &keyframes,
 }
 
 const Estimate &DepthPublication::measured(DepthView depth, const Keyframe &fresh) {
+    if (estimate_.source == FrameSource::estimated)
+        learn_errors(depth);
     composer_.overlay(depth);
     enough_ = static_cast<int>(enough_coverage * static_cast<float>(composer_.covered()));
     ever_measured_ = true;
     measured_ns_ = t_ns_;
     measured_from_world_ = fresh.depth_from_world;
     fresh_fill_ = std::max(fresh.surface.fill(), least_fill);
-    fresh_mre_ = 100 * fresh_error(fresh.surface, camera_, options_);
+    fresh_mre_ = 100 * error_scale_.scale() * fresh_error(fresh.surface, camera_, options_);
     estimate_.age_frames = 0;
     estimate_.wants_measurement = false;
     describe(FrameSource::measured, fresh.depth_from_world);
     return estimate_;
+}
+
+/// Compares the map composed for the last image with the one that was measured for it.
+void DepthPublication::learn_errors(DepthView depth) {
+    const int least_pixels = camera_.width * camera_.height / 400; // 1 % of those that are compared
+    const auto still = composer_.compare(depth, motion_mask_, false);
+    if (still.pixels >= least_pixels)
+        error_scale_.learn(still.true_error, still.expected_error / error_scale_.scale());
+    const auto moving = composer_.compare(depth, motion_mask_, true);
+    if (moving.pixels >= least_pixels)
+        moving_scale_.learn(moving.true_error, options_.error.moving_error);
 }
 
 DepthView DepthPublication::composed() const {

@@ -3,6 +3,7 @@
 
 #include "core/estimate.hpp"
 #include "core/keyframe/depth_composer.hpp"
+#include "core/keyframe/error_scale.hpp"
 #include "core/keyframe/keyframe_tracker.hpp"
 #include "core/keyframe/motion_mask.hpp"
 
@@ -34,12 +35,15 @@ public:
     void clear() { composer_.clear(); }
 
 private:
+    void learn_errors(DepthView depth);
     void describe(FrameSource source, const Pose &depth_from_world);
 
     Intrinsics camera_;
     KeyframeOptions options_;
     DepthComposer composer_;
     MotionMask motion_mask_;
+    ErrorScale error_scale_;  ///< of what moves with the camera's view alone
+    ErrorScale moving_scale_; ///< of moving_error
     Estimate estimate_;
     std::int64_t t_ns_ = 0;
     std::int64_t measured_ns_ = 0;

@@ -23,14 +23,15 @@ Setting own_setting(const SystemDescription &system) {
     if (system.lighting == Lighting::interval)
         return {"interval", static_cast<double>(GatePolicy().interval_frames)};
     if (system.name == oracle_preset)
-        return {"target", oracle_target_mre};
+        return {"target", oracle_gate.target_mre};
     if (is_ours(system))
         return {"target", GatePolicy().target_mre};
     return {"threshold", EstimatorOptions().ransac.threshold};
 }
 
 Tuned tuned(const SystemDescription &system, const Setting &setting) {
-    Tuned tuned{*estimator_preset(is_ours(system) ? "default" : "paper"), {}};
+    Tuned tuned{*estimator_preset(is_ours(system) ? "default" : "paper"),
+                system.name == oracle_preset ? oracle_gate : GatePolicy{}};
     if (system.lighting == Lighting::interval)
         tuned.gate.mode = GateMode::interval;
     if (system.lighting == Lighting::never)

@@ -108,6 +108,35 @@ TEST_CASE("the gate lights when the expected error exceeds the target", "[core]"
     CHECK(gate.wants_light(expecting(1.21)));
 }
 
+TEST_CASE("the gate lights when a measurement saves more squared error than it costs", "[core]") {
+    // Errors 1, 1.1, 1.2, ...: n (e_n^2 - e_1^2) - sum_i (e_i^2 - e_1^2) first reaches p at n.
+    const auto expected = [](int price_frames) {
+        double sum = 0;
+        for (int n = 1;; ++n) {
+            const double e = 0.9 + 0.1 * n;
+            sum += e * e - 1;
+            if (n * (e * e - 1) - sum >= price_frames * 9)
+                return n;
+        }
+    };
+    const auto growing = [](int k) { return expecting(0.9f + 0.1f * static_cast<float>(k)); };
+    for (const int price : {1, 2, 4}) {
+        Gate gate = measured_gate({.target_mre = 3, .measurement_price = double(price)});
+        CHECK(first_lit(gate, 20, growing) == expected(price));
+    }
+    Gate target_alone = measured_gate({.target_mre = 3, .measurement_price = 0});
+    CHECK(first_lit(target_alone, 40, growing) == 22);
+    Gate constant = measured_gate({.target_mre = 3, .longest_interval_frames = 1000});
+    CHECK(first_lit(constant, 200, [](int) { return expecting(2.9f); }) == 0);
+}
+
+TEST_CASE("the gate measures less often where waking the camera costs more lit frames", "[core]") {
+    const auto growing = [](int k) { return expecting(0.9f + 0.1f * static_cast<float>(k)); };
+    Gate quick = measured_gate({.target_mre = 5});
+    Gate slow = measured_gate({.target_mre = 5}, 3);
+    CHECK(first_lit(slow, 50, growing) + 3 > first_lit(quick, 50, growing));
+}
+
 TEST_CASE("the gate does not light when a measurement would hardly improve the error", "[core]") {
     Gate gate = measured_gate({.target_mre = 1.2, .worthwhile = 75});
     CHECK_FALSE(gate.wants_light(expecting(2.0, 100, 1.6)));
