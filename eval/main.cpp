@@ -3,6 +3,7 @@
 #include "eval/ablate.hpp"
 #include "eval/import.hpp"
 #include "eval/live/live.hpp"
+#include "eval/protocol.hpp"
 #include "eval/run.hpp"
 #ifdef AFTERGLOW_REPORT
 #include "eval/report/report.hpp"
@@ -48,6 +49,11 @@ public:
         add_tuned<AblateArguments>(
             "ablate", "Score recordings with each stage of the estimator switched off in turn",
             ablate);
+        add_tuned<ProtocolArguments>(
+            "protocol",
+            "Score recordings forwards, backwards, with every second frame and with shifted "
+            "starts, beside the oracle",
+            protocol);
         add_tuned<ParametersArguments>(
             "parameters", "List what --set takes, with values and meaning", list_parameters);
 #ifdef AFTERGLOW_REPORT

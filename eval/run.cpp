@@ -104,10 +104,19 @@ void FootageArguments::add_to(CLI::App &command) {
     command.add_option("--motion", motion, "Speed of the synthetic camera, relative; 0 = still")
         ->check(CLI::Range(0.0, 100.0));
     command.add_flag("--noise,!--no-noise", noise, "The synthetic cameras' noise");
+    command.add_option("--skip", order.skip, "Leave out so many frames at a recording's start")
+        ->check(CLI::Range(0, std::numeric_limits<int>::max()));
+    command.add_option("--every", order.every, "Show only each so many-th frame of a recording")
+        ->check(CLI::Range(1, 1000));
+    command.add_flag("--reverse", order.reverse, "Show a recording backwards in time");
 }
 
 Result<Footage> FootageArguments::open(const std::string &dataset) const {
     if (dataset == synthetic_name && !std::filesystem::exists(dataset)) {
+        if (order != FrameOrder{})
+            return Error{
+                "--skip, --every and --reverse are of recordings, not of the synthetic room",
+                EINVAL};
         SyntheticOptions options;
         options.seed = seed;
         options.wake_latency_frames = wake_latency;
@@ -117,7 +126,8 @@ Result<Footage> FootageArguments::open(const std::string &dataset) const {
         return open_synthetic_footage(options);
     }
     auto footage = open_recorded_footage(
-        dataset, {.layout = layout, .frames = frames, .wake_latency = wake_latency});
+        dataset,
+        {.layout = layout, .frames = frames, .wake_latency = wake_latency, .order = order});
     if (footage && !footage->assumed.empty())
         fmt::print(stderr, "{}: {}\n", dataset, footage->assumed);
     return footage;

@@ -38,6 +38,7 @@ struct FootageArguments {
     std::uint64_t seed = 1;
     double motion = 1;
     bool noise = true;
+    FrameOrder order{}; ///< of recordings alone
 
     void add_to(CLI::App &command);
     /// `dataset`: a folder in any known layout, or synthetic_name. What had to be assumed of it is

@@ -215,6 +215,27 @@ Result<Recording> open_recording(const std::string &folder,
     return recording;
 }
 
+void reorder(Recording &recording, const FrameOrder &order) {
+    auto &entries = recording.entries;
+    const auto skipped = std::min<std::size_t>(static_cast<std::size_t>(std::max(order.skip, 0)),
+                                               entries.size() - 1);
+    entries.erase(entries.begin(), entries.begin() + static_cast<std::ptrdiff_t>(skipped));
+    const auto every = static_cast<std::size_t>(std::max(order.every, 1));
+    const std::size_t kept = (entries.size() + every - 1) / every;
+    for (std::size_t i = 0; i < kept; ++i)
+        if (i * every != i)
+            entries[i] = std::move(entries[i * every]);
+    entries.resize(kept);
+    if (!order.reverse)
+        return;
+    const std::int64_t sum_ns = entries.front().t_color_ns + entries.back().t_color_ns;
+    std::ranges::reverse(entries);
+    for (Recording::Entry &entry : entries) {
+        entry.t_color_ns = sum_ns - entry.t_color_ns;
+        entry.t_depth_ns = sum_ns - entry.t_depth_ns;
+    }
+}
+
 Status read_depth_mm(const Recording &recording, std::size_t entry,
                      ImageView<std::uint16_t> depth) {
     assert(depth.width() == recording.camera.width && depth.height() == recording.camera.height);

@@ -46,6 +46,19 @@ struct Recording {
 /// other's nearest and they are no further apart than this.
 inline constexpr std::int64_t recording_tolerance_ns = 20'000'000;
 
+/// Another order of a recording's frames, to see what a result owes to the one that was recorded.
+struct FrameOrder {
+    int skip = 0;         ///< frames left out at the start
+    int every = 1;        ///< of the others the first and each so many-th is kept, at least 1
+    bool reverse = false; ///< then the last comes first: time runs backwards
+
+    bool operator==(const FrameOrder &) const = default;
+};
+
+/// Puts the entries into that order; at least one stays. Times still rise: t becomes
+/// first + last - t where they are reversed. The ground truth stays that of the recorded times.
+void reorder(Recording &recording, const FrameOrder &order);
+
 /// What camera.txt says.
 struct RecordingCamera {
     Intrinsics intrinsics;

@@ -75,6 +75,7 @@ Result<Rig> open_replay(const ReplayOptions &options) {
     Result<Recording> recording = open_recording(options.path);
     if (!recording)
         return recording.error();
+    reorder(*recording, options.order);
     std::string warning;
     if (recording->skipped > 0)
         warning = fmt::format("{} frames of the recording are left out; the first: {}",

@@ -16,6 +16,7 @@ struct ReplayOptions {
     bool loop = false;           ///< start again at the end
     int wake_latency_frames = 0; ///< images between light on and the first depth map
     int frames = 0;              ///< stop after so many; 0 = all of them
+    FrameOrder order{};          ///< before `frames` are counted
     double speed = 1;            ///< of the recorded pace
     /// At the recorded pace: rounds begin at whole multiples of their length on CLOCK_MONOTONIC, in
     /// step with all others who play the recording so.

@@ -16,20 +16,23 @@
 namespace afterglow {
 
 Result<Footage> open_recorded_footage(const std::string &source, const RecordedOptions &options) {
-    const ImportOptions import{.layout = options.layout,
-                               .frames = static_cast<std::size_t>(options.frames),
-                               .progress = import_progress()};
+    const ImportOptions import{
+        .layout = options.layout,
+        .frames = options.order == FrameOrder{} ? static_cast<std::size_t>(options.frames) : 0,
+        .progress = import_progress()};
     auto prepared = ReplayFolder::prepare(source, import);
     if (!prepared)
         return prepared.error();
     auto recording = open_recording(prepared->path());
     if (!recording)
         return recording.error();
+    reorder(*recording, options.order);
     auto rig = open_replay({.path = prepared->path(),
                             .real_time = false,
                             .loop = false,
                             .wake_latency_frames = options.wake_latency,
-                            .frames = options.frames});
+                            .frames = options.frames,
+                            .order = options.order});
     if (!rig)
         return rig.error();
     const auto total = static_cast<int>(recording->entries.size());

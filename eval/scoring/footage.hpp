@@ -3,6 +3,7 @@
 
 #include "core/base/image.hpp"
 #include "core/base/result.hpp"
+#include "drivers/files/recording.hpp"
 #include "drivers/simulated/synthetic/synthetic.hpp"
 #include "drivers/source.hpp"
 
@@ -41,6 +42,7 @@ struct RecordedOptions {
     std::string layout{}; ///< docs/datasets.md; empty: recognised by its files
     int frames = 0;       ///< only the first so many; 0: all
     int wake_latency = 0;
+    FrameOrder order{}; ///< in which frames are shown
 };
 
 /// A recording, as fast as it can be read. In another layout than TUM's it is imported into a

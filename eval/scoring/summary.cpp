@@ -10,7 +10,12 @@
 namespace afterglow {
 namespace {
 
-/// Pearson's correlation; nothing for fewer than three pairs or values that do not vary.
+std::string cell(const std::optional<double> &value, const char *unit) {
+    return value ? fmt::format("{:.2f} {}", *value, unit) : "-";
+}
+
+} // namespace
+
 std::optional<double> correlation(const std::vector<double> &a, const std::vector<double> &b) {
     if (a.size() < 3)
         return std::nullopt;
@@ -28,12 +33,6 @@ std::optional<double> correlation(const std::vector<double> &a, const std::vecto
         return std::nullopt;
     return ab / std::sqrt(aa * bb);
 }
-
-std::string cell(const std::optional<double> &value, const char *unit) {
-    return value ? fmt::format("{:.2f} {}", *value, unit) : "-";
-}
-
-} // namespace
 
 std::span<const Metric> summary_metrics() {
     static constexpr Metric all[] = {

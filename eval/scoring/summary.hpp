@@ -17,6 +17,9 @@ std::optional<double> mean(const std::vector<double> &values);
 /// The value below which `percent` of the values lie, interpolated; nothing of no values.
 std::optional<double> percentile(std::vector<double> values, double percent);
 
+/// Pearson's correlation; nothing for fewer than three pairs or values that do not vary.
+std::optional<double> correlation(const std::vector<double> &a, const std::vector<double> &b);
+
 /// What an evaluation comes to. Errors and coverage are over the estimated frames; nothing where
 /// there is none.
 struct Summary {

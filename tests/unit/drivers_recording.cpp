@@ -220,3 +220,30 @@ TEST_CASE("a malformed trajectory line is refused with file and line") {
     REQUIRE_FALSE(trajectory);
     CHECK(contains(trajectory.error().message, file + ":2: "));
 }
+
+TEST_CASE("frames of a recording are reordered with times that still rise") {
+    const auto numbered = [](int frames) {
+        Recording recording;
+        for (int i = 0; i < frames; ++i)
+            recording.entries.push_back({100 * i, std::to_string(i), 100 * i + 7, ""});
+        return recording;
+    };
+    Recording recording = numbered(7);
+    reorder(recording, {});
+    CHECK(recording.entries.size() == 7);
+    reorder(recording, {.skip = 1, .every = 2});
+    REQUIRE(recording.entries.size() == 3);
+    CHECK(recording.entries[0].color_path == "1");
+    CHECK(recording.entries[1].color_path == "3");
+    CHECK(recording.entries[2].color_path == "5");
+    CHECK(recording.entries[2].t_color_ns == 500);
+    reorder(recording, {.reverse = true});
+    CHECK(recording.entries[0].color_path == "5");
+    CHECK(recording.entries[0].t_color_ns == 100);
+    CHECK(recording.entries[0].t_depth_ns == 93); // it was later than its image
+    CHECK(recording.entries[2].t_color_ns == 500);
+    recording = numbered(3);
+    reorder(recording, {.skip = 10, .every = 5, .reverse = true});
+    REQUIRE(recording.entries.size() == 1);
+    CHECK(recording.entries[0].color_path == "2");
+}
