@@ -31,7 +31,7 @@ Plot tradeoff_panel(const Results &results, const ScoredDataset &scored) {
     const std::string &dataset = scored.name;
     Plot plot{
         .title = scored.label(),
-        .x = {.label = "duty cycle (%), log scale", .min = 0.5, .max = 60, .logarithmic = true},
+        .x = {.label = "duty cycle (%), log scale", .min = 0.5, .max = 100, .logarithmic = true},
         .y = {.label = "median MRE (%), log scale", .min = 0.05, .max = 20, .logarithmic = true},
         .series = {}};
     for (const std::string &system : systems_of(results.scores)) {
