@@ -12,7 +12,7 @@ tolerance=110 # of any phase
 watch() { afterglowctl --bus "$bus" monitor --frames "$1" >frames || { cat frames daemon.log; exit 1; }; }
 # times_are_right: every frame is from 0 to 600 ms old, and one of the last ten is measured.
 times_are_right() {
-    awk 'NR > 1 && $NF == "ms" { ++n; if ($(NF - 1) < 0 || $(NF - 1) > 600) bad = 1 }
+    awk '$1 ~ /^[0-9]+$/ { ++n; if ($NF < 0 || $NF > 600) bad = 1 }
          END { exit bad || n < 10 }' frames || { cat frames; fail "times are right"; }
     tail -n 10 frames | grep -q measured || { cat frames daemon.log; fail "it measures"; }
 }
