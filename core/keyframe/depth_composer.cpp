@@ -66,8 +66,7 @@ void DepthComposer::merge(const MapError &error, const DepthSurface &surface, fl
     for (int d = 0; d <= DepthSurface::far_from_edge; ++d)
         for (int b = 0; b < z_bins; ++b)
             table[static_cast<std::size_t>(d)][static_cast<std::size_t>(b)] = estimated_confidence(
-                error_scale * pixel_error(error, surface.options().noise,
-                                          options_.error.shared_noise,
+                error_scale * pixel_error(error, surface.noise(), options_.error.shared_noise,
                                           (static_cast<float>(b) + 0.5f) * z_bin_m, d));
     std::atomic<int> added = 0;
     const int rows = camera_.height, n = pool_.size();

@@ -25,8 +25,7 @@ float fresh_error(const DepthSurface &surface, const Intrinsics &camera,
             const int distance = surface.edge_distance()(u, v);
             if (z == 0.0f || distance < options.warp.least_edge_distance_px)
                 continue;
-            sum +=
-                pixel_error(error, options.surface.noise, options.error.shared_noise, z, distance);
+            sum += pixel_error(error, surface.noise(), options.error.shared_noise, z, distance);
             ++count;
         }
     return count > 0 ? static_cast<float>(sum / count) : 0.0f;

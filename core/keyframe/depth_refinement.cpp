@@ -87,7 +87,7 @@ int compare_maps(const DepthSurface &from, const DepthSurface &to, const Intrins
             Comparison compared;
             compared.error =
                 d + du * (pu - static_cast<float>(iu)) + dv * (pv - static_cast<float>(iv)) - Y.z();
-            compared.sigma = to.options().noise.sigma(d);
+            compared.sigma = to.noise().sigma(d);
             // The sampled depth changes as the point moves across the map.
             const float a = du * fx * inv, q = dv * fy * inv;
             const Eigen::Vector3f by_Y{a, q, -(a * Y.x() + q * Y.y()) * inv - 1.0f};

@@ -2,6 +2,7 @@
 #include "core/keyframe/depth_surface.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace afterglow {
@@ -16,6 +17,7 @@ DepthSurface::DepthSurface(const Intrinsics &camera, const SurfaceOptions &optio
 void DepthSurface::build(DepthView depth, WorkerPool &pool, const DepthCorrection &correction) {
     correction_ = correction;
     load(depth);
+    measure_noise();
     find_edges();
     grow_distance();
     const int rows = raw_.height();
@@ -42,6 +44,31 @@ void DepthSurface::load(DepthView depth) {
         }
     }
     fill_ = static_cast<float>(valid) / static_cast<float>(raw_.pixels().size());
+}
+
+// White noise of deviation s gives the second difference of three neighbours the deviation s
+// sqrt(6), whatever the slope; edges are outliers to the median.
+void DepthSurface::measure_noise() {
+    constexpr int step = 4, bins_per_sigma = 16, most_sigmas = 16;
+    constexpr float median_of_gaussian = 0.6745f;
+    std::array<int, bins_per_sigma * most_sigmas + 1> histogram{};
+    int count = 0;
+    for (int v = step / 2; v < raw_.height(); v += step) {
+        const float *z = raw_.row(v);
+        for (int u = step / 2; u + 1 < raw_.width(); u += step) {
+            if (z[u - 1] == 0.0f || z[u] == 0.0f || z[u + 1] == 0.0f)
+                continue;
+            const float sigmas = std::abs(z[u - 1] - 2.0f * z[u] + z[u + 1]) /
+                                 (2.4495f * median_of_gaussian * options_.noise.sigma(z[u]));
+            ++histogram[static_cast<std::size_t>(
+                bins_per_sigma * std::min(sigmas, static_cast<float>(most_sigmas)))];
+            ++count;
+        }
+    }
+    std::size_t median = 0;
+    for (int below = histogram[0]; 2 * below < count; below += histogram[median])
+        ++median;
+    noise_ = options_.noise.times(std::max(1.0f, static_cast<float>(median) / bins_per_sigma));
 }
 
 // A pixel is on an edge when a neighbour is on another surface. A hole is an edge only where both
@@ -71,7 +98,7 @@ void DepthSurface::find_edges() {
                 jump_sum_ += std::min(std::abs(a - b) / (0.5f * (a + b)), 1.0f);
                 ++jumps_;
             } else if (k == 1) {
-                slope_sum_ += std::max(0.0f, std::abs(a - b) - options_.noise.sigma(near)) / near;
+                slope_sum_ += std::max(0.0f, std::abs(a - b) - noise_.sigma(near)) / near;
                 ++slopes_;
             }
             return;
@@ -130,7 +157,7 @@ void DepthSurface::smooth(int first_row, int end_row) {
                 out[u] = z;
                 continue;
             }
-            const float limit = 3.0f * options_.noise.sigma(z);
+            const float limit = 3.0f * noise_.sigma(z);
             float sum = 0.0f;
             float count = 0.0f;
             // Opposite pixels enter as pairs, so that a slope does not shift the mean.

@@ -10,6 +10,7 @@
 namespace afterglow {
 
 struct SurfaceOptions {
+    /// Of a map that is not seen to be noisier.
     SensorNoise noise;
     /// Neighbouring pixels whose depths differ by more than this share of the depth, plus three
     /// sigmas of sensor noise, lie on different surfaces.
@@ -59,13 +60,15 @@ public:
     float edge_jump() const { return edge_jump_; }
     float slope() const { return slope_; }
     /// Depth step between neighbours that parts two surfaces, metres.
-    float edge_step(float z) const {
-        return options_.edge_relative * z + 3.0f * options_.noise.sigma(z);
-    }
+    float edge_step(float z) const { return options_.edge_relative * z + 3.0f * noise_.sigma(z); }
+    /// The map's own noise: SurfaceOptions::noise, or more where neighbouring readings differ by
+    /// more than that explains. What is common to neighbours does not show.
+    const SensorNoise &noise() const { return noise_; }
     const SurfaceOptions &options() const { return options_; }
 
 private:
     void load(DepthView depth);
+    void measure_noise();
     void find_edges();
     void grow_distance();
     void smooth(int first_row, int end_row);
@@ -74,6 +77,7 @@ private:
     Intrinsics camera_;
     DepthCorrection correction_;
     SurfaceOptions options_;
+    SensorNoise noise_ = options_.noise;
     Image<float> raw_;
     Image<float> smooth_;
     Image<std::uint8_t> distance_;

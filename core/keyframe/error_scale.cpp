@@ -17,7 +17,7 @@ constexpr double most_deviations = 2.5;
 
 void ErrorScale::learn(double true_error, double modelled_error) {
     const double ratio = true_error / modelled_error;
-    if (!(true_error > 0 && modelled_error > 0 && std::isfinite(ratio)))
+    if (!(true_error > 0 && modelled_error > 0 && std::isnormal(ratio)))
         return;
     variance_ += drift * drift;
     const double reading_variance = variance_ + reading_deviation * reading_deviation;

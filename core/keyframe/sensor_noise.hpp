@@ -20,6 +20,11 @@ struct SensorNoise {
         const float least = least_relative * z;
         return s > least ? s : least;
     }
+    /// That of a sensor `factor` times as noisy.
+    SensorNoise times(float factor) const {
+        return {factor * floor_m, factor * linear, factor * quadratic_per_m,
+                factor * least_relative};
+    }
 };
 
 } // namespace afterglow

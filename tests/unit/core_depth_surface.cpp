@@ -2,6 +2,7 @@
 #include "core/keyframe/depth_surface.hpp"
 #include "tests/catch.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -94,6 +95,22 @@ TEST_CASE("the depth surface applies the depth correction", "[core]") {
         const double expected = 1 + 0.1 * x - 0.05 * y + 0.02 * (x * x + y * y);
         CHECK(surface.z()(u, v) == Approx(expected).margin(1e-3));
     }
+}
+
+TEST_CASE("the depth surface finds out how noisy its map is", "[core]") {
+    std::mt19937 random(1);
+    DepthMap map(camera.width, camera.height);
+    const double deviation = GENERATE(0.0, 0.001, 0.01, 0.03);
+    INFO(deviation);
+    std::normal_distribution<double> noise(1, deviation);
+    for (int v = 0; v < camera.height; ++v) // a slope and an edge are no noise
+        for (int u = 0; u < camera.width; ++u)
+            map(u, v) = static_cast<std::uint16_t>(
+                std::lround(((u < 30 ? 1800 : 1980) + v) * noise(random)));
+    const SensorNoise configured = SurfaceOptions{}.noise;
+    const DepthSurface surface = surface_of(map);
+    const double expected = std::max<double>(configured.sigma(2), 2 * deviation);
+    CHECK(surface.noise().sigma(2) == Approx(expected).epsilon(0.15));
 }
 
 TEST_CASE("depth surface tiles hold their nearest and farthest depth", "[core]") {

@@ -60,22 +60,20 @@ TEST_CASE("an error scale leaves out readings that are no errors", "[core]") {
 }
 
 TEST_CASE("a sensor noisier than configured is found out within a few measurements", "[core]") {
-    // 3 % of white noise in each map, of which the configured sensor knows nothing.
+    // Of the white noise in each map the configured sensor knows nothing.
+    const double deviation = GENERATE(0.015, 0.03);
+    INFO(deviation);
     Film scene = film_room(320, 240, 24, 0.5);
     std::mt19937 random(1);
-    std::normal_distribution<double> noise(1, 0.03);
+    std::normal_distribution<double> noise(1, deviation);
     for (DepthMap &depth : scene.depth)
         for (std::uint16_t &z : depth.pixels())
             z = static_cast<std::uint16_t>(std::lround(z * noise(random)));
     Viewer viewer(scene);
-    viewer.track(0);
-    const float unlearnt = [&] {
-        viewer.measure(0);
-        return viewer.track(1).expected_mre;
-    }();
-    for (int k = 2; k <= 16; k += 5) {
+    for (int k = 0; k <= 16; ++k) {
         viewer.track(k);
-        viewer.measure(k);
+        if (k % 5 == 1)
+            viewer.measure(k);
     }
     const Estimate &e = viewer.track(17);
     REQUIRE(e.source == FrameSource::estimated);
@@ -88,7 +86,6 @@ TEST_CASE("a sensor noisier than configured is found out within a few measuremen
                 ++count;
             }
     const double true_mre = 100 * sum / count;
-    CHECK(true_mre > 1.5 * unlearnt);
     CHECK(true_mre / e.expected_mre > 0.7);
     CHECK(true_mre / e.expected_mre < 1.4);
 }

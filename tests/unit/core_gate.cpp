@@ -144,7 +144,12 @@ TEST_CASE("the gate does not light when a measurement would hardly improve the e
 }
 
 TEST_CASE("a sensor whose own noise misses the target is not lit for every image", "[core]") {
-    const Film scene = film_room(160, 120, 20);
+    Film scene = film_room(160, 120, 20);
+    std::mt19937 random(1);
+    std::normal_distribution<double> noise(1, 0.03);
+    for (DepthMap &depth : scene.depth)
+        for (std::uint16_t &z : depth.pixels())
+            z = static_cast<std::uint16_t>(std::lround(z * noise(random)));
     EstimatorOptions options;
     options.keyframe.surface.noise.linear = 0.03f;
     const auto measured = [&](double worthwhile) {
@@ -205,7 +210,7 @@ TEST_CASE("the gate lights early by the TOF camera's wake latency", "[core]") {
         CHECK(first_lit(gate, 100, [](int) { return expecting(0.1); }) == 30 - latency);
     }
     SECTION("for a linearly growing error") {
-        Gate gate = measured_gate({.target_mre = 1.2}, latency);
+        Gate gate = measured_gate({.target_mre = 1.2, .measurement_price = 0}, latency);
         // 1.2 % is passed with image 21.
         const int lit = first_lit(gate, 100, [](int k) { return expecting(0.2 + 0.05 * k); });
         CHECK(lit >= 21 - latency - 1);
@@ -231,7 +236,8 @@ TEST_CASE("the gate's duty cycle stays within its budget in the long run", "[cor
     const int demand = GENERATE(0, 1, 2);
     INFO(budget << " %, latency " << latency << ", demand " << demand);
     constexpr int frames = 20'000;
-    const GatePolicy policy{.duty_cycle_budget = budget};
+    const GatePolicy policy{
+        .target_mre = 1.35, .measurement_price = 0, .duty_cycle_budget = budget};
     Gate gate(policy);
     std::mt19937 random(7);
     const auto lit = lit_images(gate, frames, latency, [&](int) {

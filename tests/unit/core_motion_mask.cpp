@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "core/keyframe/error_scale.hpp"
 #include "core/keyframe/expected_error.hpp"
 #include "core/keyframe/keyframe_pipeline.hpp"
 #include "drivers/simulated/synthetic/truth.hpp"
@@ -14,6 +15,9 @@ namespace {
 
 const SyntheticOptions options{
     .width = 320, .height = 240, .fps = 30, .seed = 1, .real_time = false, .noise = false};
+
+/// Of a moving pixel, before a measurement has told how wrong they are.
+const float unlearnt_moving_error = ErrorScale().scale() * ErrorOptions{}.moving_error;
 
 /// A printed wall 2.5 m ahead and a box 1.2 m ahead, which goes right at `speed` m/s, in front of a
 /// camera that goes up at 0.2 m/s.
@@ -43,7 +47,7 @@ struct Watched {
     }
     /// Share of the pixels with depth that are said to move.
     double distrusted() const {
-        const std::uint8_t limit = estimated_confidence(ErrorOptions{}.moving_error);
+        const std::uint8_t limit = estimated_confidence(unlearnt_moving_error);
         int low = 0, all = 0;
         for (int v = 0; v < options.height; ++v)
             for (int u = 0; u < options.width; ++u) {
@@ -65,7 +69,7 @@ struct Watched {
 TEST_CASE("the motion mask lowers confidence on a moving object and nowhere else", "[core]") {
     const Watched w(0.8); // 0.13 m, 29 pixels at 1.2 m
     REQUIRE(w.estimate.source == FrameSource::estimated);
-    const std::uint8_t limit = estimated_confidence(ErrorOptions{}.moving_error);
+    const std::uint8_t limit = estimated_confidence(unlearnt_moving_error);
     CHECK(w.estimate.confidence(165, 120) <= limit); // on the box
     CHECK(w.estimate.confidence(20, 120) > limit);
     CHECK(w.estimate.confidence(300, 40) > limit);
@@ -90,7 +94,7 @@ TEST_CASE("the motion mask is empty for a hand-held camera in a static room", "[
     SyntheticTruth truth(room);
     WorkerPool pool(1);
     KeyframePipeline pipeline(KeyframeOptions{}, truth.intrinsics(), pool);
-    const std::uint8_t limit = estimated_confidence(ErrorOptions{}.moving_error);
+    const std::uint8_t limit = estimated_confidence(unlearnt_moving_error);
     std::int64_t low = 0, all = 0;
     for (std::uint64_t k = 0; k < 20; ++k) {
         Estimate e = pipeline.track(truth.luma(k), static_cast<std::int64_t>(k + 1) * 33'333'333);
