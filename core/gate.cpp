@@ -104,8 +104,7 @@ bool Gate::pays_off(double mre, double mre_at_arrival) const {
     const double price = policy_.measurement_price * policy_.target_mre * policy_.target_mre;
     const double until_arrival = latency_ * (excess_of(mre) + excess_of(mre_at_arrival)) / 2;
     const int frames = since_measurement_ + latency_;
-    return price > 0 &&
-           frames * excess_of(mre_at_arrival) - excess_ - until_arrival >= price * (1 + latency_);
+    return price > 0 && frames * excess_of(mre_at_arrival) - excess_ - until_arrival >= price;
 }
 
 } // namespace afterglow

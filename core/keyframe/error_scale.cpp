@@ -8,9 +8,9 @@ namespace afterglow {
 namespace {
 
 /// Standard deviation of ln r within a recording, measured (docs/estimation.md).
-constexpr double reading_deviation = 0.35;
+constexpr double reading_deviation = 0.45;
 /// Standard deviation of the drift of m between two measurements.
-constexpr double drift = 0.15;
+constexpr double drift = 0.25;
 constexpr double most_deviations = 2.5;
 
 } // namespace
@@ -28,7 +28,8 @@ void ErrorScale::learn(double true_error, double modelled_error) {
 }
 
 float ErrorScale::scale() const {
-    return static_cast<float>(std::exp(m_ + variance_ / 2));
+    return static_cast<float>(
+        std::exp(m_ + (variance_ + reading_deviation * reading_deviation) / 2));
 }
 
 } // namespace afterglow

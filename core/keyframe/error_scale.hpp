@@ -20,12 +20,12 @@ public:
     /// moves m as if it were off by 2.5 of its standard deviations at most.
     void learn(double true_error, double modelled_error);
 
-    /// The factor: the mean of exp(m), which is larger while m is not certain.
+    /// The factor: the mean of r at the next measurement, which is larger while m is not certain.
     float scale() const;
 
 private:
     double m_ = 0;
-    double variance_ = 0.8 * 0.8; ///< of m
+    double variance_ = 0.6 * 0.6; ///< of m
 };
 
 } // namespace afterglow
