@@ -178,9 +178,9 @@ void add_gate(ParameterTable &table, GatePolicy &gate) {
         "afterglow-eval counts frames above it; lower it for better depth at a higher duty "
         "cycle.");
     table.add(
-        "gate.measurement_price", &gate.measurement_price, {0, 100000, "percent^2 frames"},
-        "Mode auto, preset default: what a measurement costs; raise it to save light, lower it "
-        "for smaller errors.");
+        "gate.measurement_price", &gate.measurement_price, {0, 100000, "frames"},
+        "Mode auto, preset default: what a measurement costs, in frames at the target error; raise "
+        "it to save light, lower it for smaller errors.");
     table.add("gate.worthwhile", &gate.worthwhile, {1, 100, "percent"},
               "Mode auto, preset default: share of the expected error to which a measurement must "
               "promise to lower it; raise it when the target is missed although the light is dark.",
