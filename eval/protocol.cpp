@@ -159,6 +159,7 @@ void ProtocolArguments::add_to(CLI::App &command) {
         .add_option("--shifts", shifts,
                     "Starts besides the first frame, as a list; of the room as many more seeds")
         ->delimiter(',')
+        ->allow_extra_args(false)
         ->check(CLI::Range(1, 1000000))
         ->capture_default_str();
     command.add_option("--frames", frames, "Only the first so many; 0 = all")

@@ -77,7 +77,7 @@ Plot::Series ratio_line(const char *name, double ratio, bool dashed, const Plot 
 
 Figure calibration_figure(const Results &results) {
     Figure figure{.id = "calibration-plots",
-                  .title = "Expected against true error",
+                  .title = "Expected against true error, frame by frame",
                   .explanation =
                       "Each point is an estimated frame of afterglow with its default target, from "
                       "the third measurement on. On the line 1:1 the expected error is the true "
