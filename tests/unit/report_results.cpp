@@ -40,7 +40,7 @@ Results sample() {
     r.scores = {score("desk", "paper", "threshold", 4, 20, 1.5),
                 score("desk", "paper", "threshold", 2, 40, 1.1),
                 score("desk", "default", "target", 1, 12, 0.9),
-                score("desk", "default", "target", 2, 6, 2.2),
+                score("desk", "default", "target", 3, 6, 2.2), // not the default
                 score("desk", "copy", "interval", 8, 12.5, 3.3),
                 score("desk", "reverse-warp", "threshold", 4, 20, 1.8),
                 score("desk", "median", "threshold", 4, 20, 1.6),
