@@ -159,18 +159,18 @@ void add_daemon_parameters(ParameterTable &table, Config &c) {
     table.add("daemon.exit_at_end", &c.daemon.exit_at_end, {},
               "End with the recording, for scripts; false waits until its last reader has left.");
     table.section("power",
-                  "What the estimated power on D-Bus is computed from. The defaults are those of "
-                  "Noraky & Sze 2019: four Cortex-A7 cores and a TOF camera of 5 W.");
+                  "What the estimated power on D-Bus is computed from: tof_w for the share of the "
+                  "frames lit, idle_w, and core_w for each CPU second per second of the stream, "
+                  "which is measured. The defaults are those of the board of Noraky & Sze 2019 "
+                  "(four Cortex-A7 cores).");
     table.add("power.tof_w", &c.power.tof_w, {0, 100, "W"},
-              "Power of the TOF camera while it measures; set it to your camera's (1 to 5 W for "
-              "commercial ones).");
+              "Power of the lit TOF camera; set it to your camera's (1 to 5 W for commercial "
+              "ones).");
     table.add("power.idle_w", &c.power.idle_w, {0, 100, "W"},
-              "Power of the idle processor and memory while the TOF camera measures; set it as "
-              "measured on your board.");
-    table.add("power.compute_w", &c.power.compute_w, {0, 100, "W"},
-              "Power of the processor while depth is estimated; set it as measured on your board.");
-    table.add("power.memory_w", &c.power.memory_w, {0, 100, "W"},
-              "Power of the memory while depth is estimated; set it as measured on your board.");
+              "Power of processor and memory that do nothing; set it as measured on your board.");
+    table.add(
+        "power.core_w", &c.power.core_w, {0, 100, "W"},
+        "What one busy core adds to that, with its memory; set it as measured on your board.");
 }
 
 } // namespace afterglow

@@ -2,6 +2,7 @@
 #include "daemon/capture_session.hpp"
 
 #include <algorithm>
+#include <ctime>
 
 namespace afterglow {
 
@@ -34,6 +35,7 @@ std::chrono::nanoseconds CaptureSession::turn(const Orders &orders, Time now) {
             return lose_color(started.error().message, now);
         color_running_ = true;
         sequence_known_ = false;
+        charged_t_ns_.reset();
         damaged_since_image_ = 0;
         last_image_ = now;
         if (outbox_.state() != DaemonState::color_lost)
@@ -107,12 +109,27 @@ void CaptureSession::take(const FrameResult &result, Time now) {
     publish(result);
 }
 
+void CaptureSession::charge(std::int64_t t_ns) {
+    timespec used{};
+    ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &used);
+    const std::int64_t cpu_ns = used.tv_sec * std::int64_t{1'000'000'000} + used.tv_nsec;
+    if (charged_t_ns_) {
+        stream_ns_ += t_ns - *charged_t_ns_;
+        cpu_ns_ += cpu_ns - charged_cpu_ns_;
+    }
+    charged_t_ns_ = t_ns;
+    charged_cpu_ns_ = cpu_ns;
+}
+
 void CaptureSession::publish(const FrameResult &result) {
     afterglow_frame frame = {};
     frame.sequence = result.sequence;
     frame.t_ns = result.t_ns;
     frame.illuminated = result.lit;
     FrameEvent event = {ring_.publish(result.estimate, result.luma, frame), damaged_, missed_};
+    charge(result.t_ns);
+    event.stream_ns = stream_ns_;
+    event.cpu_ns = cpu_ns_;
     if (result.tof == Capture::frame)
         event.pairing_error_ns = std::chrono::abs(result.pairing_error).count();
     if (result.wake_latency)

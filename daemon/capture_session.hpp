@@ -8,6 +8,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <optional>
 #include <string_view>
 
 namespace afterglow {
@@ -69,6 +70,8 @@ private:
     void start_tof(Time now);
     void take(const FrameResult &result, Time now);
     void publish(const FrameResult &result);
+    /// Adds the time since the image before to stream_ns_ and the CPU time in it to cpu_ns_.
+    void charge(std::int64_t t_ns);
     void watch_tof(const FrameResult &result, Time now);
     std::chrono::nanoseconds lose_color(std::string_view why, Time now);
     void lose_tof(std::string_view why, Time now);
@@ -97,6 +100,11 @@ private:
     std::uint64_t damaged_since_image_ = 0;
     std::uint64_t damaged_ = 0;
     std::uint64_t missed_ = 0;
+
+    std::optional<std::int64_t> charged_t_ns_; ///< of the image before; none: the cameras slept
+    std::int64_t charged_cpu_ns_ = 0;          ///< of the process at that image
+    std::int64_t stream_ns_ = 0;
+    std::int64_t cpu_ns_ = 0;
 };
 
 } // namespace afterglow

@@ -41,12 +41,12 @@ Status write_text(const std::string &path, std::string_view text) {
 }
 
 Status write_frames_csv(const std::string &path, const Evaluation &evaluation) {
-    std::string csv = "index,t_ns,source,age_frames,expected_mre,mre,coverage,inliers\n";
+    std::string csv = "index,t_ns,source,age_frames,expected_mre,mre,coverage,inliers,lit\n";
     for (const FrameScore &frame : evaluation.frames)
-        csv += fmt::format("{},{},{},{},{},{},{},{}\n", frame.index, frame.t_ns,
+        csv += fmt::format("{},{},{},{},{},{},{},{},{:d}\n", frame.index, frame.t_ns,
                            frame.measured ? "measured" : "estimated", frame.age_frames,
                            cell(frame.expected_mre), cell(frame.mre), cell(frame.coverage),
-                           frame.inliers);
+                           frame.inliers, frame.lit);
     return write_text(path, csv);
 }
 

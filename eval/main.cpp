@@ -52,7 +52,7 @@ public:
         add_tuned<ProtocolArguments>(
             "protocol",
             "Score recordings forwards, backwards, with every second frame and with shifted "
-            "starts, beside the oracle",
+            "starts, beside the same with the pose from the true depth",
             protocol);
         add_tuned<ParametersArguments>(
             "parameters", "List what --set takes, with values and meaning", list_parameters);

@@ -3,6 +3,7 @@
 
 #include "core/pipeline.hpp"
 #include "eval/baselines/oracle.hpp"
+#include "eval/datasets/dataset.hpp"
 #include "eval/progress.hpp"
 #include "eval/scoring/summary.hpp"
 
@@ -12,41 +13,54 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 namespace afterglow {
 namespace {
 
-constexpr int learning_measurements = 3;
-constexpr double too_wrong = 1.5;
-
-/// One way to show a recording.
+/// One way to show a dataset.
 struct Showing {
     std::string name;
-    FrameOrder order;
-    bool shifted; ///< counts for the spread over shifted starts
+    FrameOrder order{};
+    std::uint64_t seed = 1;
+    bool shifted = false; ///< counts for the spread
 };
 
-std::vector<Showing> showings(const std::vector<int> &shifts) {
-    std::vector<Showing> all{{"forwards", {}, true},
-                             {"backwards", {.reverse = true}, false},
-                             {"every 2nd", {.every = 2}, false}};
-    for (const int shift : shifts)
-        all.push_back({fmt::format("from {}", shift), {.skip = shift}, true});
+std::vector<Showing> showings(const ProtocolArguments &arguments, bool synthetic) {
+    std::vector<Showing> all;
+    if (synthetic) { // has no other order; another seed is another room and another way through it
+        for (std::uint64_t seed = 1; seed <= 1 + arguments.shifts.size(); ++seed)
+            all.push_back({.name = fmt::format("seed {}", seed), .seed = seed, .shifted = true});
+        return all;
+    }
+    all = {{.name = "forwards", .shifted = true},
+           {.name = "backwards", .order = {.reverse = true}},
+           {.name = "every 2nd", .order = {.every = 2}}};
+    for (const int shift : arguments.shifts)
+        all.push_back(
+            {.name = fmt::format("from {}", shift), .order = {.skip = shift}, .shifted = true});
     return all;
 }
 
-constexpr std::array<const char *, 8> titles{"duty %",  "MRE med",  "MRE p95",  "cov. med",
-                                             "cov. p5", "true/exp", ">1.5 exp", "corr."};
-using Row = std::array<std::optional<double>, titles.size()>;
-/// The first so many are compared with the oracle's.
-constexpr std::size_t against_oracle = 3;
+struct Column {
+    const char *title;
+    std::optional<double> (*of)(const Summary &summary);
+    int digits;
+    bool compared; ///< as a ratio to the same with the pose from the true depth
+};
 
-Row row_of(const Evaluation &evaluation, const std::string &name, double target_mre) {
-    const Summary s = summarize(evaluation, name, "", target_mre);
-    const ExpectedAgainstTrue e = expected_against_true(evaluation);
-    return {s.duty_cycle,  s.mre_median, s.mre_p95, s.coverage_median,
-            s.coverage_p5, e.ratio,      e.over,    e.correlation};
-}
+constexpr Column columns[] = {
+    {"lit %", [](const Summary &s) { return std::optional(s.duty_cycle); }, 1, true},
+    {"meas. %", [](const Summary &s) { return std::optional(s.measured_share); }, 1, false},
+    {"MRE med", [](const Summary &s) { return s.mre_median; }, 2, true},
+    {"MRE p95", [](const Summary &s) { return s.mre_p95; }, 2, true},
+    {"cov.med", [](const Summary &s) { return s.coverage_median; }, 1, false},
+    {"cov. p5", [](const Summary &s) { return s.coverage_p5; }, 1, false},
+    {"tru/exp", [](const Summary &s) { return s.true_over_expected; }, 2, false},
+    {">1.5x %", [](const Summary &s) { return s.misjudged_share; }, 1, false},
+    {"corr.", [](const Summary &s) { return s.expected_correlation; }, 2, false},
+};
+using Row = std::array<std::optional<double>, std::size(columns)>;
 
 Result<Row> score(const ProtocolArguments &arguments, const std::string &dataset,
                   const Showing &showing, bool oracle, WorkerPool &pool) {
@@ -58,7 +72,10 @@ Result<Row> score(const ProtocolArguments &arguments, const std::string &dataset
     if (!resolved)
         return resolved.error();
     FootageArguments how;
+    how.frames = arguments.frames;
+    how.wake_latency = arguments.wake_latency;
     how.order = showing.order;
+    how.seed = showing.seed;
     auto footage = how.open(dataset);
     if (!footage)
         return footage.error();
@@ -69,125 +86,137 @@ Result<Row> score(const ProtocolArguments &arguments, const std::string &dataset
         return evaluation.error();
     if (Status scored = check_scored(*evaluation, dataset); !scored)
         return scored.error();
-    return row_of(*evaluation, footage->name, resolved->second.target_mre);
+    const Summary summary =
+        summarize(*evaluation, footage->name, tuning.preset, resolved->second.target_mre);
+    Row row;
+    std::ranges::transform(columns, row.begin(),
+                           [&](const Column &column) { return column.of(summary); });
+    return row;
 }
 
-std::string line(const std::string &name, const Row &row) {
-    std::string out = fmt::format("{:<28}", name);
-    for (const auto &value : row)
-        out += value ? fmt::format("{:>9.2f}", *value) : fmt::format("{:>9}", "-");
-    return out + "\n";
+void print(const std::string &name, const Row &row, int more_digits = 0) {
+    fmt::print("{:<22}", name);
+    for (std::size_t i = 0; i < row.size(); ++i)
+        fmt::print("{:>8}",
+                   row[i] ? fmt::format("{:.{}f}", *row[i], columns[i].digits + more_digits) : "-");
+    fmt::print("\n");
+}
+
+void print_heading(const std::string &name) {
+    fmt::print("{:<22}", name);
+    for (const Column &column : columns)
+        fmt::print("{:>8}", column.title);
+    fmt::print("\n");
 }
 
 /// Least and greatest of each column.
-std::string spread(const std::vector<Row> &rows) {
-    std::string out = fmt::format("{:<28}", "  spread over starts");
-    for (std::size_t i = 0; i < titles.size(); ++i) {
-        std::vector<double> values;
-        for (const Row &row : rows)
-            if (row[i])
-                values.push_back(*row[i]);
-        out += values.empty()
-                   ? fmt::format("{:>9}", "-")
-                   : fmt::format("{:>9}", fmt::format("{:.3g}-{:.3g}", std::ranges::min(values),
-                                                      std::ranges::max(values)));
-    }
-    return out + "\n";
+void print_spread(const std::vector<Row> &rows) {
+    Row least, most;
+    for (const Row &row : rows)
+        for (std::size_t i = 0; i < row.size(); ++i)
+            if (row[i]) {
+                least[i] = std::min(least[i].value_or(*row[i]), *row[i]);
+                most[i] = std::max(most[i].value_or(*row[i]), *row[i]);
+            }
+    print("  starts, least", least);
+    print("  starts, most", most);
 }
 
-/// Geometric mean of the ratios; pairs without a positive value on both sides are left out.
-class RatioMean {
+/// Geometric means of the ratios of the compared columns; pairs without a positive value on both
+/// sides are left out.
+class RatioMeans {
 public:
-    void add(const std::optional<double> &value, const std::optional<double> &reference) {
-        if (!value || !reference || !(*value > 0) || !(*reference > 0))
-            return;
-        sum_ += std::log(*value / *reference);
-        ++count_;
+    void add(const Row &row, const Row &reference) {
+        for (std::size_t i = 0; i < row.size(); ++i) {
+            if (!columns[i].compared || !(row[i] > 0.0) || !(reference[i] > 0.0))
+                continue;
+            sums_[i] += std::log(*row[i] / *reference[i]);
+            ++counts_[i];
+        }
     }
-    std::optional<double> mean() const {
-        return count_ > 0 ? std::optional(std::exp(sum_ / count_)) : std::nullopt;
+    Row means() const {
+        Row means;
+        for (std::size_t i = 0; i < means.size(); ++i)
+            if (counts_[i] > 0)
+                means[i] = std::exp(sums_[i] / counts_[i]);
+        return means;
     }
 
 private:
-    double sum_ = 0;
-    int count_ = 0;
+    std::array<double, std::size(columns)> sums_{};
+    std::array<int, std::size(columns)> counts_{};
 };
 
 } // namespace
 
-ExpectedAgainstTrue expected_against_true(const Evaluation &evaluation) {
-    int measured = 0;
-    std::vector<double> ratios, expected, actual;
-    for (const FrameScore &frame : evaluation.frames) {
-        measured += frame.measured;
-        if (frame.measured || measured < learning_measurements || !frame.mre ||
-            !frame.expected_mre || !(*frame.expected_mre > 0))
-            continue;
-        expected.push_back(*frame.expected_mre);
-        actual.push_back(*frame.mre);
-        ratios.push_back(*frame.mre / *frame.expected_mre);
-    }
-    if (ratios.empty())
-        return {};
-    const auto over = std::ranges::count_if(ratios, [](double r) { return r > too_wrong; });
-    return {percentile(ratios, 50),
-            100.0 * static_cast<double>(over) / static_cast<double>(ratios.size()),
-            correlation(expected, actual)};
-}
-
 void ProtocolArguments::add_to(CLI::App &command) {
-    command.add_option("datasets", datasets, "Folders in known layouts (docs/datasets.md)")
+    command
+        .add_option("datasets", datasets,
+                    "Folders in known layouts (docs/datasets.md), or " + synthetic_words())
         ->required();
     tuning.add_to(command);
-    command.add_option("--shifts", shifts, "Starts besides the first frame, as a list")
+    command
+        .add_option("--shifts", shifts,
+                    "Starts besides the first frame, as a list; of the room as many more seeds")
         ->delimiter(',')
+        ->allow_extra_args(false)
         ->check(CLI::Range(1, 1000000))
         ->capture_default_str();
-    command.add_flag("--oracle,!--no-oracle", oracle, "Score the oracle too");
+    command.add_option("--frames", frames, "Only the first so many; 0 = all")
+        ->check(CLI::Range(0, std::numeric_limits<int>::max()));
+    command
+        .add_option("--wake-latency", wake_latency,
+                    "Images between light on and the first depth map")
+        ->check(CLI::Range(0, 1000));
+    command.add_flag("--oracle,!--no-oracle", oracle,
+                     "Score the same with the pose from the true depth, too");
     command
         .add_option("--workers", workers, "Threads that share the work; no result depends on it")
         ->check(CLI::Range(1, 64));
 }
 
 Status protocol(const ProtocolArguments &arguments) {
-    const std::vector<Showing> all = showings(arguments.shifts);
     WorkerPool pool(arguments.workers);
-    std::array<RatioMean, against_oracle> ratios;
-    fmt::print("{:<28}", "");
-    for (const char *title : titles)
-        fmt::print("{:>9}", title);
-    fmt::print("\n");
-    Progress progress("", static_cast<double>(arguments.datasets.size() * all.size()));
+    RatioMeans all_ratios;
+    Progress progress("", static_cast<double>(arguments.datasets.size()));
     double done = 0;
     for (const std::string &dataset : arguments.datasets) {
+        const bool synthetic = is_synthetic(dataset);
+        const std::vector<Showing> all = showings(arguments, synthetic);
         std::vector<Row> shifted;
-        fmt::print("{}\n", dataset);
+        RatioMeans ratios;
+        print_heading(synthetic ? dataset : folder_name(dataset));
         for (const Showing &showing : all) {
             progress.set_what(fmt::format("{}, {}", dataset, showing.name));
-            progress.update(done++);
+            progress.update(done);
+            done += 1 / static_cast<double>(all.size());
             const auto row = score(arguments, dataset, showing, false, pool);
             if (!row)
                 return row.error();
-            fmt::print("{}", line("  " + showing.name, *row));
+            print("  " + showing.name, *row);
             if (showing.shifted)
                 shifted.push_back(*row);
             if (arguments.oracle) {
-                const auto best = score(arguments, dataset, showing, true, pool);
-                if (!best)
-                    return best.error();
-                fmt::print("{}", line("    oracle", *best));
-                for (std::size_t i = 0; i < against_oracle; ++i)
-                    ratios[i].add((*row)[i], (*best)[i]);
+                const auto reference = score(arguments, dataset, showing, true, pool);
+                if (!reference)
+                    return reference.error();
+                print("    true-depth pose", *reference);
+                ratios.add(*row, *reference);
+                all_ratios.add(*row, *reference);
             }
             std::fflush(stdout);
         }
-        fmt::print("{}", spread(shifted));
+        print_spread(shifted);
+        if (arguments.oracle)
+            print("  / true-depth pose", ratios.means(), 1);
+        fmt::print("\n");
     }
     if (arguments.oracle) {
-        Row means;
-        for (std::size_t i = 0; i < against_oracle; ++i)
-            means[i] = ratios[i].mean();
-        fmt::print("{}", line("geometric mean of / oracle", means));
+        print_heading("all");
+        print("  / true-depth pose", all_ratios.means(), 1);
+        fmt::print("/ true-depth pose: geometric mean of the ratios to the same frames with the "
+                   "pose refined\non the true depth and lit by the true error; no bound, for the "
+                   "gates light different frames\n");
     }
     return ok();
 }

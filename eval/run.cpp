@@ -111,8 +111,19 @@ void FootageArguments::add_to(CLI::App &command) {
     command.add_flag("--reverse", order.reverse, "Show a recording backwards in time");
 }
 
+std::string synthetic_words() {
+    std::string words = synthetic_name;
+    for (const SimulatedSensor &sensor : simulated_sensors())
+        words += fmt::format(", {}:{} ({})", synthetic_name, sensor.name, sensor.shows);
+    return words;
+}
+
+bool is_synthetic(const std::string &dataset) {
+    return synthetic_tof(dataset) && !std::filesystem::exists(dataset);
+}
+
 Result<Footage> FootageArguments::open(const std::string &dataset) const {
-    if (dataset == synthetic_name && !std::filesystem::exists(dataset)) {
+    if (is_synthetic(dataset)) {
         if (order != FrameOrder{})
             return Error{
                 "--skip, --every and --reverse are of recordings, not of the synthetic room",
@@ -123,7 +134,7 @@ Result<Footage> FootageArguments::open(const std::string &dataset) const {
         options.frames = frames > 0 ? frames : synthetic_frames;
         options.noise = noise;
         options.motion = motion;
-        return open_synthetic_footage(options);
+        return open_synthetic_footage(options, dataset);
     }
     auto footage = open_recorded_footage(
         dataset,
@@ -144,8 +155,7 @@ Status list_parameters(const ParametersArguments &arguments) {
 void RunArguments::add_to(CLI::App &command) {
     command
         .add_option("dataset", dataset,
-                    fmt::format("Folder in a known layout (docs/datasets.md), or the word {}",
-                                synthetic_name))
+                    "Folder in a known layout (docs/datasets.md), or " + synthetic_words())
         ->required();
     tuning.add_to(command);
     footage.add_to(command);

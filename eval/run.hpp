@@ -16,7 +16,7 @@ namespace afterglow {
 
 /// The preset that looks at the truth (oracle.hpp). Only some commands have it; the daemon has not.
 inline constexpr const char *oracle_preset = "oracle";
-/// Its gate, which lights at an error alone: the one that afterglow is measured by.
+/// Its gate, which lights at the true error alone.
 inline constexpr GatePolicy oracle_gate = {.target_mre = 1.5, .measurement_price = 0};
 
 /// How depth is to be made, as told on a command line.
@@ -30,6 +30,11 @@ struct TuningArguments {
     Result<std::pair<EstimatorOptions, GatePolicy>> resolve() const;
 };
 
+/// What is_synthetic() takes, for a person.
+std::string synthetic_words();
+/// Stands for the synthetic room, and not for a folder of that name.
+bool is_synthetic(const std::string &dataset);
+
 /// Which frames there are to score.
 struct FootageArguments {
     std::string layout;
@@ -41,8 +46,8 @@ struct FootageArguments {
     FrameOrder order{}; ///< of recordings alone
 
     void add_to(CLI::App &command);
-    /// `dataset`: a folder in any known layout, or synthetic_name. What had to be assumed of it is
-    /// told on standard error.
+    /// `dataset`: a folder in any known layout, or a source of synthetic_tof(). What had to be
+    /// assumed of it is told on standard error.
     Result<Footage> open(const std::string &dataset) const;
 };
 

@@ -186,6 +186,7 @@ const sd_bus_vtable DepthService::State::vtable[] = {
     SD_BUS_PROPERTY("FramesDamaged", "t", get_statistic<&Statistics::damaged>, 0, 0),
     SD_BUS_PROPERTY("FramesMissed", "t", get_statistic<&Statistics::missed>, 0, 0),
     SD_BUS_PROPERTY("DutyCycle", "d", get_statistic<&Statistics::duty_cycle>, 0, 0),
+    SD_BUS_PROPERTY("CpuLoad", "d", get_statistic<&Statistics::cpu_load>, 0, 0),
     SD_BUS_PROPERTY("EstimatedPower", "d", get_statistic<&Statistics::estimated_power>, 0, 0),
     SD_BUS_PROPERTY("ExpectedError", "d", get_statistic<&Statistics::expected_error>, 0, 0),
     SD_BUS_PROPERTY("Coverage", "d", get_statistic<&Statistics::coverage>, 0, 0),

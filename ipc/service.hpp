@@ -22,6 +22,8 @@ struct FrameEvent {
     afterglow_frame frame;
     std::uint64_t damaged;              ///< frames dropped so far because they were unusable
     std::uint64_t missed;               ///< gaps in the colour camera's frame numbers so far
+    std::int64_t stream_ns = 0;         ///< time between images so far, while the cameras ran
+    std::int64_t cpu_ns = 0;            ///< CPU time of the process in that time
     std::int64_t pairing_error_ns = -1; ///< between image and measurement; -1: not measured
     std::int64_t wake_latency_ns = -1;  ///< of a light that had to go on for it; -1: none
 };

@@ -48,6 +48,8 @@ void Statistics::add(const FrameEvent &event) {
     illuminated_ += event.frame.illuminated != 0;
     damaged_ = event.damaged;
     missed_ = event.missed;
+    stream_ns_ = event.stream_ns;
+    cpu_ns_ = event.cpu_ns;
     expected_error_ = event.frame.expected_mre;
     coverage_ = event.frame.coverage;
     latency_.add(event.frame.published_ns - event.frame.t_ns);
@@ -58,12 +60,21 @@ void Statistics::add(const FrameEvent &event) {
 }
 
 void Statistics::reset() {
-    Statistics fresh;
+    Statistics fresh(power_);
+    fresh.stream_ns_ = fresh.stream_before_ns_ = stream_ns_;
+    fresh.cpu_ns_ = fresh.cpu_before_ns_ = cpu_ns_;
     fresh.damaged_ = fresh.damaged_before_ = damaged_;
     fresh.missed_ = fresh.missed_before_ = missed_;
     fresh.expected_error_ = expected_error_;
     fresh.coverage_ = coverage_;
     *this = fresh;
+}
+
+double Statistics::cpu_load() const {
+    const std::int64_t stream_ns = stream_ns_ - stream_before_ns_;
+    return stream_ns <= 0
+               ? 0
+               : static_cast<double>(cpu_ns_ - cpu_before_ns_) / static_cast<double>(stream_ns);
 }
 
 double Statistics::duty_cycle() const {

@@ -44,8 +44,11 @@ public:
     std::uint64_t missed() const { return missed_ - missed_before_; }
     /// Percent of the published images for which the TOF light was on; 0 before the first.
     double duty_cycle() const;
-    /// Watts that depth costs at that duty cycle (ipc/power_model.hpp).
-    double estimated_power() const { return power_.system_w(duty_cycle() / 100); }
+    /// CPU seconds that the process used for each second of the stream, measured; 0 before the
+    /// second image. Time in which the cameras sleep does not count.
+    double cpu_load() const;
+    /// Watts that depth costs at that duty cycle and CPU load (ipc/power_model.hpp).
+    double estimated_power() const { return power_.system_w(duty_cycle() / 100, cpu_load()); }
     /// Of the last frame, percent; negative: not predicted.
     double expected_error() const { return expected_error_; }
     /// Of the last frame, percent.
@@ -68,6 +71,8 @@ private:
     // The events count since the start of the daemon.
     std::uint64_t damaged_ = 0, damaged_before_ = 0;
     std::uint64_t missed_ = 0, missed_before_ = 0;
+    std::int64_t stream_ns_ = 0, stream_before_ns_ = 0;
+    std::int64_t cpu_ns_ = 0, cpu_before_ns_ = 0;
     double expected_error_ = -1;
     double coverage_ = 0;
     DurationHistogram latency_;

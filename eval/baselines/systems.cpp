@@ -88,8 +88,8 @@ constexpr Row rows[] = {
       .method = "the paper's pipeline and a 3x3 median of its maps"},
      make_median_filtered},
     {{.name = "oracle",
-      .title = "Oracle",
-      .method = "afterglow with the pose refined on the true depth",
+      .title = "True-depth pose",
+      .method = "afterglow with the pose refined on the true depth, lit by the true error",
       .fitted_to_truth = true},
      make_oracle},
 };

@@ -24,7 +24,8 @@ struct Setting {
 struct Score {
     Setting setting;
     Summary summary;
-    std::string layout; ///< of the dataset; empty where it is not known
+    std::string layout;                ///< of the dataset; empty where it is not known
+    ExpectedAgainstTrue calibration{}; ///< of afterglow with its default target alone
 };
 
 /// The run time of one algorithm, and its ratio to a reference that was timed in turn with it.
@@ -87,7 +88,9 @@ struct Results {
     std::vector<Score> scores;
     std::vector<Timing> flow_times;   ///< Table I; the reference is the three-step search
     std::vector<Timing> system_times; ///< Table V; the reference is the paper's system
-    std::vector<Timing> stage_times;  ///< of the paper's system; the reference is their sum
+    /// CPU time of all threads for a frame that is estimated; the reference is the paper's system.
+    std::vector<Timing> system_cpu_times;
+    std::vector<Timing> stage_times; ///< of the paper's system; the reference is their sum
     std::vector<RansacScore> ransac;
     std::vector<Ablation> ablations; ///< by dataset; of each "default" comes first
     std::vector<InfillScore> infill;

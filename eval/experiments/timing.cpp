@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cassert>
 #include <chrono>
+#include <ctime>
 #include <memory>
 #include <opencv2/core/utility.hpp>
 
@@ -22,6 +23,13 @@ double time_ms(Job &&job) {
     job();
     const auto passed = std::chrono::steady_clock::now() - start;
     return std::chrono::duration<double, std::milli>(passed).count();
+}
+
+/// CPU time that all threads of the process have used.
+double cpu_ms() {
+    timespec used{};
+    ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &used);
+    return 1e3 * static_cast<double>(used.tv_sec) + 1e-6 * static_cast<double>(used.tv_nsec);
 }
 
 /// Two neighbouring frames of a sequence, and then the next two; round and round.
@@ -45,14 +53,20 @@ public:
         : RepeatedRun(footage_of(sequence, repeated_fps), system,
                       tuned(system, own_setting(system)), pool) {}
 
-    /// The time that the next frame's estimate takes; negative where the frame was measured, or no
-    /// depth could be given by a system that measures.
-    double estimation_ms() {
+    struct Cost {
+        /// The time that a frame's estimate takes; negative where the frame was measured, or no
+        /// depth could be given by a system that measures.
+        double ms;
+        double cpu_ms; ///< of all threads, for the whole turn of the loop; negative as `ms` is
+    };
+    Cost next() {
+        const double before_ms = cpu_ms();
         const FrameResult frame = loop_.step(std::chrono::seconds(1));
+        const double used_ms = cpu_ms() - before_ms;
         const bool sparse = sparse_ && frame.sequence > 0;
         if (frame.estimate.source != FrameSource::estimated && !sparse)
-            return -1;
-        return std::chrono::duration<double, std::milli>(frame.estimation_time).count();
+            return {-1, -1};
+        return {std::chrono::duration<double, std::milli>(frame.estimation_time).count(), used_ms};
     }
 
 private:
@@ -154,8 +168,7 @@ double systems_work(bool baselines) {
     return least_rounds * work;
 }
 
-std::vector<Timing> time_systems(const Sequence &sequence, bool baselines, int workers,
-                                 Watch &watch) {
+SystemTimes time_systems(const Sequence &sequence, bool baselines, int workers, Watch &watch) {
     constexpr int most_rounds = 4 * least_rounds;
     WorkerPool pool(workers);
     std::vector<std::string> names;
@@ -167,18 +180,22 @@ std::vector<Timing> time_systems(const Sequence &sequence, bool baselines, int w
         runs.push_back(std::make_unique<RepeatedRun>(sequence, system, pool));
     }
     Stopwatches watches(names, "paper");
+    Stopwatches cpu_watches(names, "paper");
     const double work = systems_work(baselines) / least_rounds;
-    std::vector<double> ms(runs.size());
+    std::vector<double> ms(runs.size()), cpu_ms(runs.size());
     for (int round = 0; round < most_rounds && watches.rounds() < least_rounds; ++round) {
-        for (std::size_t i = 0; i < runs.size(); ++i) {
-            if (Watch::stopped())
-                return watches.timings();
-            ms[i] = runs[i]->estimation_ms();
+        for (std::size_t i = 0; i < runs.size() && !Watch::stopped(); ++i) {
+            const RepeatedRun::Cost cost = runs[i]->next();
+            ms[i] = cost.ms;
+            cpu_ms[i] = cost.cpu_ms;
         }
+        if (Watch::stopped())
+            break;
         watches.add_round(ms);
+        cpu_watches.add_round(cpu_ms);
         watch.tick(work);
     }
-    return watches.timings();
+    return {watches.timings(), cpu_watches.timings()};
 }
 
 std::vector<Timing> time_stages(const Sequence &sequence, int workers, Watch &watch) {

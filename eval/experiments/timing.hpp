@@ -41,10 +41,13 @@ std::vector<Timing> time_flow(const Sequence &sequence, Watch &watch);
 /// The work of time_flow() and time_stages().
 double stages_work();
 
+struct SystemTimes {
+    std::vector<Timing> estimates; ///< time of a frame's estimate
+    std::vector<Timing> cpu;       ///< CPU time of all threads for such a frame
+};
 /// Table V: a frame's estimate by every system, on the same frames; without `baselines` only by the
 /// paper's and afterglow. Measured frames do not count.
-std::vector<Timing> time_systems(const Sequence &sequence, bool baselines, int workers,
-                                 Watch &watch);
+SystemTimes time_systems(const Sequence &sequence, bool baselines, int workers, Watch &watch);
 
 /// The work of that.
 double systems_work(bool baselines);

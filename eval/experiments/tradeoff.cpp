@@ -93,9 +93,12 @@ std::vector<Run> second_runs(Sweep how, double duty_cycle) {
 
 Score score_of(const Evaluation &evaluation, const Run &run, const Sequence &sequence) {
     const double target = run.setting.name == "target" ? run.setting.value : paper::aimed_mre;
-    return {run.setting,
-            summarize(evaluation, sequence.name, std::string(run.system->name), target),
-            sequence.layout};
+    Score score{run.setting,
+                summarize(evaluation, sequence.name, std::string(run.system->name), target),
+                sequence.layout};
+    if (run.system->name == "default" && run.setting.value == own_setting(*run.system).value)
+        score.calibration = expected_against_true(evaluation);
+    return score;
 }
 
 void run_all(std::vector<Run> &runs, const Sequence &sequence, int workers, Watch &watch) {
@@ -166,6 +169,10 @@ const Score *tuned_score(std::span<const Score> scores, std::string_view dataset
         return nearest(good, [](const Score *score) { return score->summary.duty_cycle; });
     return nearest(
         all, [](const Score *score) { return *score->summary.mre_median - paper::aimed_mre; });
+}
+
+bool is_near(double duty_cycle, double other) {
+    return std::abs(duty_cycle - other) <= 0.25 * std::min(duty_cycle, other);
 }
 
 double compared_duty_cycle(std::span<const Score> scores, std::string_view dataset) {

@@ -42,6 +42,8 @@ const Score *tuned_score(std::span<const Score> scores, std::string_view dataset
 /// The duty cycle, percent, at which the systems are compared on a dataset: that of afterglow's
 /// tuned_score(); where afterglow has none, of the paper's system. Negative without either.
 double compared_duty_cycle(std::span<const Score> scores, std::string_view dataset);
+/// The duty cycles differ by no more than a quarter of the lesser, so that errors may be compared.
+bool is_near(double duty_cycle, double other);
 /// The setting whose duty cycle is nearest to compared_duty_cycle(); null where there is none.
 const Score *matched_score(std::span<const Score> scores, std::string_view dataset,
                            std::string_view system);

@@ -101,8 +101,7 @@ void print_summary(const LiveScore &score, const Summary &summary, std::uint64_t
     if (score.images > published)
         line("images without a frame",
              fmt::format("{}, too fast or unusable", score.images - published));
-    line("measured by TOF camera",
-         fmt::format("{} (duty cycle {:.1f} %)", summary.measured, summary.duty_cycle));
+    line("duty cycle", duty_cycle_text(summary));
     line("error against truth", fmt::format("median MRE {}, 95th percentile {}",
                                             percent(summary.mre_median), percent(summary.mre_p95)));
     line("coverage", fmt::format("median {}", percent(summary.coverage_median)));

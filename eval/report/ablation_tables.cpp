@@ -12,9 +12,11 @@ namespace {
 
 std::vector<double> values_of(const Results &results, const std::string &variant,
                               const Metric &metric) {
+    const bool any_headline =
+        std::ranges::any_of(results.ablations, is_headline, &Ablation::summary);
     std::vector<double> values;
     for (const Ablation &ablation : results.ablations)
-        if (ablation.variant == variant)
+        if (ablation.variant == variant && (is_headline(ablation.summary) || !any_headline))
             if (const auto value = metric.of(ablation.summary))
                 values.push_back(*value);
     return values;
@@ -32,12 +34,16 @@ std::optional<Table> reprojection_table(const Results &results) {
                 .columns = {"reverse warp: MRE (%)", "median filter: MRE (%)", "holes filled (%)"},
                 .rows = {}};
     std::vector<double> reverse_changes, median_changes, holes_filled;
-    const auto change = [](const std::optional<double> &to, const std::optional<double> &from,
-                           std::vector<double> &all) {
+    const auto headline = headline_of(datasets_of(results.scores));
+    bool counts = true; // for the medians
+    const auto change = [&](const std::optional<double> &to, const std::optional<double> &from,
+                            std::vector<double> &all) {
         if (!to || !from || !(*from > 0))
             return std::string();
-        all.push_back(100 * (*to / *from - 1));
-        return fmt::format("{:+.1f}", all.back());
+        const double percent = 100 * (*to / *from - 1);
+        if (counts)
+            all.push_back(percent);
+        return fmt::format("{:+.1f}", percent);
     };
     for (const ScoredDataset &dataset : datasets_of(results.scores)) {
         const Score *base = preset_score(results.scores, dataset.name, "paper");
@@ -46,6 +52,7 @@ std::optional<Table> reprojection_table(const Results &results) {
         if (!base || !reverse || !median)
             continue;
         const Summary &b = base->summary;
+        counts = std::ranges::find(headline, dataset.name, &ScoredDataset::name) != headline.end();
         table.rows.push_back(
             {dataset.label(),
              {{change(reverse->summary.mre_median, b.mre_median, reverse_changes)},
@@ -69,15 +76,14 @@ std::optional<Table> reprojection_table(const Results &results) {
 std::optional<Table> stage_worth_table(const Results &results) {
     if (results.ablations.empty())
         return std::nullopt;
-    Table table{
-        .id = "stages",
-        .title = "Ablation of afterglow's stages",
-        .explanation =
-            "Means over the datasets but stand-ins, and what changes when a stage is switched "
-            "off; of each dataset in ablations.csv.",
-        .corner = "variant",
-        .columns = {},
-        .rows = {}};
+    Table table{.id = "stages",
+                .title = "Ablation of afterglow's stages",
+                .explanation = "Means over the recordings of at least 30 frames, where there are "
+                               "such, and what changes when a stage is switched "
+                               "off; of each dataset in ablations.csv.",
+                .corner = "variant",
+                .columns = {},
+                .rows = {}};
     for (const Metric &metric : summary_metrics())
         table.columns.emplace_back(metric.title);
     table.columns.emplace_back("what is lost");

@@ -97,42 +97,39 @@ std::optional<Table> stage_time_table(const Results &results) {
 
 std::optional<double> typical_duty_cycle(const Results &results, std::string_view system) {
     std::vector<double> values;
-    for (const ScoredDataset &dataset : datasets_of(results.scores))
+    for (const ScoredDataset &dataset : headline_of(datasets_of(results.scores)))
         if (const Score *score = tuned_score(results.scores, dataset.name, system))
             values.push_back(score->summary.duty_cycle);
     return percentile(values, 50);
 }
 
-std::optional<PowerModel> power_model_of(const Results &results, std::string_view system) {
-    const Timing *timing = find_timing(results.system_times, system);
+std::optional<ProcessingPower> processing_power(const Results &results, std::string_view system) {
+    const paper::Power &p = paper::power;
+    const double busy_w = p.core_active + p.memory_active;
+    const double idle_w = p.core_idle + p.memory_idle;
+    if (system == "paper")
+        return ProcessingPower{.lit_w = idle_w, .dark_w = busy_w};
+    const Timing *timing = find_timing(results.system_cpu_times, system);
     if (!timing)
         return std::nullopt;
-    const auto average = [&](double active, double idle) {
-        return active * timing->ratio + idle * std::max(0.0, 1 - timing->ratio);
-    };
-    PowerModel model;
-    model.compute_w = average(paper::power.core_active, paper::power.core_idle);
-    model.memory_w = average(paper::power.memory_active, paper::power.memory_idle);
-    return model;
+    const double average_w = busy_w * timing->ratio + idle_w * std::max(0.0, 1 - timing->ratio);
+    return ProcessingPower{.lit_w = average_w, .dark_w = average_w};
 }
 
 std::optional<Table> power_table(const Results &results) {
-    const Timing *timing = find_timing(results.system_times, "default");
+    const Timing *timing = find_timing(results.system_cpu_times, "default");
     if (!timing)
         return std::nullopt;
-    Table table{
-        .id = "table-6",
-        .title = "Table VI. Power while estimating",
-        .explanation =
-            "The paper's watts were read from its board, which This Work keeps busy for the whole "
-            "of a frame. afterglow's are not read from a meter: they are the board's, for the "
-            "share of This Work's time that afterglow is measured to take, and idle for the rest. "
-            "Above 100 % afterglow could not keep up on that board, which would have to be as much "
-            "faster, at as many more watts, and never be idle.",
-        .corner = "",
-        .columns = {"average power of afterglow (W)", "share of the time (%)", "quartiles",
-                    "rounds"},
-        .rows = {}};
+    Table table{.id = "table-6",
+                .title = "Table VI. Power while estimating",
+                .explanation =
+                    std::string(what_is_charged) +
+                    " Above 100 % afterglow could not keep up on that board, which would have "
+                    "to be as much faster, at as many more watts, and never be idle.",
+                .corner = "",
+                .columns = {"average power of afterglow (W)", "share of This Work's CPU time (%)",
+                            "quartiles", "rounds"},
+                .rows = {}};
     const auto busy = [](double ratio) { return 100 * ratio; };
     const auto idle = [](double ratio) { return 100 * std::max(0.0, 1 - ratio); };
     const auto add = [&](const char *name, double watts, auto share) {
@@ -160,31 +157,24 @@ std::optional<Table> saving_table(const Results &results) {
                 .corner = "TOF camera (W)",
                 .columns = {},
                 .rows = {}};
-    std::vector<std::pair<double, PowerModel>> models;
+    std::vector<std::pair<double, ProcessingPower>> charged;
     for (const char *name : {"paper", "default"}) {
         const auto duty_cycle = typical_duty_cycle(results, name);
-        if (!duty_cycle)
+        const auto power = processing_power(results, name);
+        if (!duty_cycle || !power)
             continue;
-        const std::string title = fmt::format("{}, {:.1f} % lit", title_of(name), *duty_cycle);
-        table.columns.push_back(title);
-        models.emplace_back(*duty_cycle / 100, PowerModel{});
-        const auto scaled = power_model_of(results, name);
-        if (std::string_view(name) == "paper" || !scaled)
-            continue;
-        table.columns.push_back(title + ", as long as it takes");
-        models.emplace_back(*duty_cycle / 100, *scaled);
+        table.columns.push_back(fmt::format("{}, {:.1f} % lit", title_of(name), *duty_cycle));
+        charged.emplace_back(*duty_cycle, *power);
     }
-    if (models.empty())
+    if (charged.empty())
         return std::nullopt;
     table.explanation =
-        "Eq. 9 with the power of the paper's board while estimating, and each system's "
-        "median duty cycle in Table III; last, with the average power of Table VI.";
+        std::string("Eq. 9 with each system's median duty cycle in Table III. ") + what_is_charged;
     for (int watts = 1; watts <= 5; ++watts) {
         Table::Row row{std::to_string(watts), {}};
-        for (auto [duty_cycle, model] : models) {
-            model.tof_w = watts;
-            row.cells.push_back({text_of(100 * model.saving(duty_cycle), 1)});
-        }
+        for (const auto &[duty_cycle, power] : charged)
+            row.cells.push_back(
+                {text_of(100 * (1 - power.system_w(duty_cycle, watts) / watts), 1)});
         if (typical_duty_cycle(results, "paper") && (watts == 1 || watts == 5))
             row.cells[0].theirs =
                 text_of(watts == 1 ? paper::smallest_saving : paper::largest_saving, 0);

@@ -31,7 +31,7 @@ Plot tradeoff_panel(const Results &results, const ScoredDataset &scored) {
     const std::string &dataset = scored.name;
     Plot plot{
         .title = scored.label(),
-        .x = {.label = "duty cycle (%), log scale", .min = 0.5, .max = 100, .logarithmic = true},
+        .x = {.label = "frames lit (%), log scale", .min = 0.5, .max = 100, .logarithmic = true},
         .y = {.label = "median MRE (%), log scale", .min = 0.05, .max = 20, .logarithmic = true},
         .series = {}};
     for (const std::string &system : systems_of(results.scores)) {
@@ -66,44 +66,81 @@ Figure tradeoff_figure(const Results &results) {
     return figure;
 }
 
+/// A line of a constant ratio of true to expected error.
+Plot::Series ratio_line(const char *name, double ratio, bool dashed, const Plot &plot) {
+    return {.name = name,
+            .color = alone_color,
+            .marks = false,
+            .dashed = dashed,
+            .points = {{plot.x.min, ratio * plot.x.min}, {plot.y.max / ratio, plot.y.max}}};
+}
+
+Figure calibration_figure(const Results &results) {
+    Figure figure{.id = "calibration-plots",
+                  .title = "Expected against true error, frame by frame",
+                  .explanation =
+                      "Each point is an estimated frame of afterglow with its default target, from "
+                      "the third measurement on. On the line 1:1 the expected error is the true "
+                      "one; above 1.5:1 the frame is misjudged. Points beyond the axes lie at "
+                      "their edge, hollow."};
+    for (const ScoredDataset &dataset : datasets_of(results.scores)) {
+        const Score *score = preset_score(results.scores, dataset.name, "default");
+        if (!score || score->calibration.true_mre.empty())
+            continue;
+        const auto &[expected, actual] = score->calibration;
+        Plot plot{
+            .title = dataset.label(),
+            .x = {.label = "expected MRE (%), log scale",
+                  .min = 0.05,
+                  .max = 20,
+                  .logarithmic = true},
+            .y = {.label = "true MRE (%), log scale", .min = 0.05, .max = 20, .logarithmic = true},
+            .series = {}};
+        plot.series.push_back(ratio_line("1:1", 1, false, plot));
+        plot.series.push_back(ratio_line("1.5:1", misjudged, true, plot));
+        Plot::Series frames{.name = "frames of afterglow",
+                            .color = color_of("default"),
+                            .line = false,
+                            .radius = 2.5,
+                            .points = {}};
+        for (std::size_t i = 0; i < actual.size(); ++i)
+            frames.points.emplace_back(expected[i], actual[i]);
+        plot.series.push_back(std::move(frames));
+        figure.panels.push_back(std::move(plot));
+    }
+    return figure;
+}
+
 Figure power_figure(const Results &results) {
     Figure figure{.id = "system-power",
                   .title = "Power of the whole system",
-                  .explanation =
-                      "Eq. 9 over the power of the TOF camera, with each system's median "
-                      "duty cycle in Table III. Dashed: with the average power of Table "
-                      "VI, that is, for as long as afterglow takes."};
+                  .explanation = std::string("Eq. 9 over the power of the TOF camera, with each "
+                                             "system's median duty cycle in Table III. ") +
+                                 what_is_charged};
     Plot plot{.title = "TOF camera and estimation",
               .x = {.label = "power of the TOF camera (W)", .min = 1, .max = 5},
               .y = {.label = "power of the system (W)", .min = 0, .max = 5},
               .series = {}};
-    const auto add = [&](std::string name, int color, auto power) -> Plot::Series & {
+    const auto add = [&](std::string name, int color, auto power) {
         Plot::Series series{.name = std::move(name), .color = color, .marks = false, .points = {}};
         for (const double tof_w : {1.0, 2.0, 3.0, 4.0, 5.0})
             series.points.emplace_back(tof_w, power(tof_w));
-        return plot.series.emplace_back(std::move(series));
+        plot.series.push_back(std::move(series));
     };
-    const auto add_system = [&](std::string name, int color, PowerModel model,
-                                double duty_cycle) -> Plot::Series & {
-        return add(std::move(name), color, [&](double tof_w) {
-            model.tof_w = tof_w;
-            return model.system_w(duty_cycle / 100);
-        });
+    const auto add_system = [&](std::string name, int color, const ProcessingPower &processing,
+                                double duty_cycle) {
+        add(std::move(name), color,
+            [&](double tof_w) { return processing.system_w(duty_cycle, tof_w); });
     };
     for (const char *name : {"paper", "default"}) {
         const auto duty_cycle = typical_duty_cycle(results, name);
-        if (!duty_cycle)
-            continue;
-        add_system(title_of(name), color_of(name), {}, *duty_cycle);
-        if (const auto average = power_model_of(results, name);
-            average && std::string_view(name) != "paper")
-            add_system(title_of(name) + ", as long as it takes", color_of(name), *average,
-                       *duty_cycle)
-                .dashed = true;
+        const auto processing = processing_power(results, name);
+        if (duty_cycle && processing)
+            add_system(title_of(name), color_of(name), *processing, *duty_cycle);
     }
     if (plot.series.empty())
         return figure;
-    add_system("the paper's figure, on its data", paper_color, {},
+    add_system("the paper's figure, on its data", paper_color, *processing_power(results, "paper"),
                *paper::errors("median", "paper")->duty_cycle);
     add("the TOF camera alone", alone_color, [](double tof_w) { return tof_w; });
     figure.panels.push_back(std::move(plot));
@@ -136,7 +173,8 @@ Figure stage_figure(const Results &results) {
 
 std::vector<Figure> make_figures(const Results &results) {
     std::vector<Figure> figures;
-    for (Figure figure : {tradeoff_figure(results), stage_figure(results), power_figure(results)})
+    for (Figure figure : {tradeoff_figure(results), calibration_figure(results),
+                          stage_figure(results), power_figure(results)})
         if (!figure.panels.empty() || !figure.bars.empty())
             figures.push_back(std::move(figure));
     return figures;

@@ -85,7 +85,10 @@ std::string draw(const Plot::Series &series, const Plot &plot) {
         for (const auto &[x, y] : points)
             out += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"{}\"{}><title>{}: {:.4g}, "
                                "{:.4g}</title></circle>",
-                               x_px(x, plot), y_px(y, plot), series.line ? 3 : 5,
+                               x_px(x, plot), y_px(y, plot),
+                               series.radius > 0 ? series.radius
+                               : series.line     ? 3
+                                                 : 5,
                                is_inside(x, plot.x) && is_inside(y, plot.y) ? "" : " class=outside",
                                html_text(series.name), x, y);
     return out + "</g>";

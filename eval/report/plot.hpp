@@ -17,6 +17,7 @@ struct Plot {
         bool line = true;  ///< points are joined, in order of x
         bool marks = true; ///< points are marked
         bool dashed = false;
+        double radius = 0; ///< of the marks; 0: as usual
         std::vector<std::pair<double, double>> points;
     };
 

@@ -156,7 +156,9 @@ private:
              }},
             {timed && (what_.runtime || what_.power), "frame rates", systems_work(what_.runtime),
              [=, this] {
-                 results_.system_times = time_systems(*sequence, what_.runtime, workers, watch_);
+                 SystemTimes times = time_systems(*sequence, what_.runtime, workers, watch_);
+                 results_.system_times = std::move(times.estimates);
+                 results_.system_cpu_times = std::move(times.cpu);
              }},
             {what_.compare || what_.tradeoff || what_.power, "all systems",
              frames * sweep_work(breadth()),

@@ -16,6 +16,7 @@ using nlohmann::json;
 // nlohmann-json finds these by the type of their second argument.
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Timing, name, ms, ratio, ratio_q1, ratio_q3, rounds)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ExpectedAgainstTrue, expected_mre, true_mre)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Ablation, variant, shows, summary)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(InfillScore, dataset, system, reason, trials, overlap_mre,
                                    filled_mre, filled)
@@ -24,6 +25,7 @@ static void to_json(json &object, const Score &score) {
     object = {{"setting", score.setting.name},
               {"value", score.setting.value},
               {"layout", score.layout},
+              {"calibration", score.calibration},
               {"summary", score.summary}};
 }
 
@@ -32,6 +34,7 @@ static void from_json(const json &object, Score &score) {
     object.at("value").get_to(score.setting.value);
     object.at("layout").get_to(score.layout);
     object.at("summary").get_to(score.summary);
+    score.calibration = object.value("calibration", ExpectedAgainstTrue());
 }
 
 static void to_json(json &object, const RansacScore &score) {
@@ -102,6 +105,8 @@ void add(const json &object, Results &results) {
     append(object, "scores", results.scores);
     take_first(object, "flow_times", results.flow_times);
     take_first(object, "system_times", results.system_times);
+    if (object.contains("system_cpu_times")) // results of earlier versions have none
+        take_first(object, "system_cpu_times", results.system_cpu_times);
     take_first(object, "stage_times", results.stage_times);
     take_first(object, "ransac", results.ransac);
     append(object, "ablations", results.ablations);
@@ -119,6 +124,7 @@ std::string to_json(const Results &results) {
                          {"scores", results.scores},
                          {"flow_times", results.flow_times},
                          {"system_times", results.system_times},
+                         {"system_cpu_times", results.system_cpu_times},
                          {"stage_times", results.stage_times},
                          {"ransac", results.ransac},
                          {"ablations", results.ablations},

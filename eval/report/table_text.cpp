@@ -37,14 +37,15 @@ std::string csv_number(const std::optional<double> &value) {
     return value ? fmt::format("{:.4f}", *value) : "";
 }
 
-constexpr const char *summary_columns =
-    "frames,duty_cycle,mre_median,mre_mean,mre_p95,mae_cm_median,rmse_cm_median,coverage_median,"
-    "coverage_p5\n";
+constexpr const char *summary_columns = "frames,duty_cycle,measured_share,mre_median,mre_mean,mre_"
+                                        "p95,mae_cm_median,rmse_cm_median,coverage_median,"
+                                        "coverage_p5\n";
 
 std::string csv_line(const Summary &s) {
     std::string out = std::to_string(s.frames);
-    for (const auto &value : {std::optional(s.duty_cycle), s.mre_median, s.mre_mean, s.mre_p95,
-                              s.mae_cm_median, s.rmse_cm_median, s.coverage_median, s.coverage_p5})
+    for (const auto &value :
+         {std::optional(s.duty_cycle), std::optional(s.measured_share), s.mre_median, s.mre_mean,
+          s.mre_p95, s.mae_cm_median, s.rmse_cm_median, s.coverage_median, s.coverage_p5})
         out += ',' + csv_number(value);
     return out + '\n';
 }

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 namespace afterglow {
@@ -22,6 +23,8 @@ std::vector<Table> make_tables(const Results &results) {
             tables.push_back(*std::move(table));
     };
     add_one(summary_table(results));
+    add_one(other_summary_table(results));
+    add_one(calibration_table(results));
     add_one(flow_table(results));
     add_one(ransac_table(results));
     add(evaluation_tables(results));
@@ -44,19 +47,29 @@ std::string ScoredDataset::label() const {
     return fmt::format("{}: {}", paper::family_title(family), name);
 }
 
+bool is_headline(const Summary &summary) {
+    return !summary.dataset.starts_with(synthetic_name) && summary.frames >= 30;
+}
+
 std::vector<ScoredDataset> datasets_of(std::span<const Score> scores) {
     std::vector<ScoredDataset> all;
     for (const Score &score : scores) {
         const std::string &name = score.summary.dataset;
         if (std::ranges::find(all, name, &ScoredDataset::name) == all.end())
-            all.push_back(
-                {name, paper::family_of(name, score.layout), name.starts_with(synthetic_name)});
+            all.push_back({name, paper::family_of(name, score.layout),
+                           name.starts_with(synthetic_name), is_headline(score.summary)});
     }
     // What is of no family has the rank behind the last one.
     std::ranges::stable_sort(all, {}, [](const ScoredDataset &dataset) {
         return std::ranges::find(paper::families(), dataset.family) - paper::families().begin();
     });
     return all;
+}
+
+std::vector<ScoredDataset> headline_of(std::vector<ScoredDataset> datasets) {
+    std::vector<ScoredDataset> headline;
+    std::ranges::copy_if(datasets, std::back_inserter(headline), &ScoredDataset::headline);
+    return headline.empty() ? datasets : headline;
 }
 
 std::vector<std::string> systems_of(std::span<const Score> scores) {

@@ -14,6 +14,7 @@ FrameScore describe(const FrameResult &frame, std::uint64_t index) {
     score.index = index;
     score.t_ns = frame.t_ns;
     score.measured = estimate.source == FrameSource::measured;
+    score.lit = frame.lit;
     score.age_frames = estimate.age_frames;
     score.inliers = estimate.inliers;
     score.ms = std::chrono::duration<double, std::milli>(frame.estimation_time).count();

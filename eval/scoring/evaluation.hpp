@@ -19,6 +19,7 @@ struct FrameScore {
     std::uint64_t index = 0; ///< of the published frames, from 0
     std::int64_t t_ns = 0;
     bool measured = false;
+    bool lit = false; ///< FrameResult::lit: also while the TOF camera wakes up
     std::uint32_t age_frames = 0;
     int inliers = 0;
     std::optional<double> expected_mre; ///< percent, where the preset predicts it

@@ -8,6 +8,8 @@
 #include "eval/datasets/import.hpp"
 #include "eval/import.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -70,14 +72,38 @@ Result<Footage> open_recorded_footage(const std::string &source, const RecordedO
     return footage;
 }
 
-Result<Footage> open_synthetic_footage(SyntheticOptions options) {
+std::span<const SimulatedSensor> simulated_sensors() {
+    constexpr TofNoise own;
+    static constexpr SimulatedSensor all[] = {
+        {"noisy",
+         "three times the noise",
+         {.sigma_at_0 = 3 * own.sigma_at_0, .sigma_per_square = 3 * own.sigma_per_square}},
+        {"biased", "every depth 3 cm too far", {.range_bias = 0.03}},
+        {"short-range", "no depth beyond 2.5 m", {.furthest = 2.5}},
+        {"late", "depth maps of the image before", {.lag_frames = 1}},
+    };
+    return all;
+}
+
+std::optional<TofNoise> synthetic_tof(std::string_view source) {
+    if (source == synthetic_name)
+        return TofNoise();
+    for (const SimulatedSensor &sensor : simulated_sensors())
+        if (source == fmt::format("{}:{}", synthetic_name, sensor.name))
+            return sensor.tof;
+    return std::nullopt;
+}
+
+Result<Footage> open_synthetic_footage(SyntheticOptions options, const std::string &source) {
     options.real_time = false;
-    auto rig = open_synthetic(options);
+    SyntheticWorld world = make_world(options);
+    world.tof = synthetic_tof(source).value();
+    auto rig = open_synthetic(options, world);
     if (!rig)
         return rig.error();
-    auto truth = std::make_shared<SyntheticTruth>(options);
+    auto truth = std::make_shared<SyntheticTruth>(options, std::move(world));
     return Footage{
-        .name = synthetic_name,
+        .name = source,
         .layout = synthetic_name,
         .rig = *std::move(rig),
         .frames = options.frames,

@@ -9,7 +9,10 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
+#include <span>
 #include <string>
+#include <string_view>
 
 namespace afterglow {
 
@@ -49,7 +52,19 @@ struct RecordedOptions {
 /// temporary folder first, which shows its progress and goes with the footage.
 Result<Footage> open_recorded_footage(const std::string &folder, const RecordedOptions &options);
 
-/// The synthetic room. `options.frames` bounds it.
-Result<Footage> open_synthetic_footage(SyntheticOptions options);
+/// The synthetic room with a TOF camera other than its own, for "synthetic:noisy" and so on.
+struct SimulatedSensor {
+    std::string_view name; ///< behind "synthetic:"
+    std::string_view shows;
+    TofNoise tof;
+};
+std::span<const SimulatedSensor> simulated_sensors();
+
+/// The TOF camera of "synthetic" or "synthetic:SENSOR"; nothing for any other source.
+std::optional<TofNoise> synthetic_tof(std::string_view source);
+
+/// The synthetic room. `options.frames` bounds it. `source`: one that synthetic_tof() knows.
+Result<Footage> open_synthetic_footage(SyntheticOptions options,
+                                       const std::string &source = synthetic_name);
 
 } // namespace afterglow

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <iterator>
 #include <numeric>
 
 namespace afterglow {
@@ -36,7 +38,9 @@ std::optional<double> correlation(const std::vector<double> &a, const std::vecto
 
 std::span<const Metric> summary_metrics() {
     static constexpr Metric all[] = {
-        {"duty_cycle", "duty %", [](const Summary &s) { return std::optional(s.duty_cycle); }},
+        {"duty_cycle", "lit %", [](const Summary &s) { return std::optional(s.duty_cycle); }},
+        {"measured_share", "measured %",
+         [](const Summary &s) { return std::optional(s.measured_share); }},
         {"mre_median", "MRE med", [](const Summary &s) { return s.mre_median; }},
         {"mre_p95", "MRE p95", [](const Summary &s) { return s.mre_p95; }},
         {"coverage_median", "cov. med", [](const Summary &s) { return s.coverage_median; }},
@@ -60,6 +64,21 @@ std::optional<double> percentile(std::vector<double> values, double percent) {
     const std::size_t above = std::min(below + 1, values.size() - 1);
     const double share = place - static_cast<double>(below);
     return values[below] * (1 - share) + values[above] * share;
+}
+
+ExpectedAgainstTrue expected_against_true(const Evaluation &evaluation) {
+    constexpr int learning_measurements = 3;
+    int measured = 0;
+    ExpectedAgainstTrue pairs;
+    for (const FrameScore &frame : evaluation.frames) {
+        measured += frame.measured;
+        if (frame.measured || measured < learning_measurements || !frame.mre ||
+            !frame.expected_mre || !(*frame.expected_mre > 0))
+            continue;
+        pairs.expected_mre.push_back(*frame.expected_mre);
+        pairs.true_mre.push_back(*frame.mre);
+    }
+    return pairs;
 }
 
 Error no_true_depth(const std::string &sequence, std::size_t frames, const std::string &problem) {
@@ -88,6 +107,7 @@ Summary summarize(const Evaluation &evaluation, const std::string &dataset,
     std::vector<double> mre, mae, rmse, coverage, ms, predicted, actual;
     for (const FrameScore &frame : evaluation.frames) {
         ms.push_back(frame.ms);
+        s.lit += frame.lit;
         if (frame.measured) {
             ++s.measured;
             continue;
@@ -104,7 +124,9 @@ Summary summarize(const Evaluation &evaluation, const std::string &dataset,
             actual.push_back(*frame.mre);
         }
     }
-    s.duty_cycle = s.frames > 0 ? 100.0 * s.measured / s.frames : 0;
+    const auto share = [&](int count) { return s.frames > 0 ? 100.0 * count / s.frames : 0; };
+    s.duty_cycle = share(s.lit);
+    s.measured_share = share(s.measured);
     s.mre_median = percentile(mre, 50);
     s.mre_mean = mean(mre);
     s.mre_p95 = percentile(mre, 95);
@@ -113,11 +135,25 @@ Summary summarize(const Evaluation &evaluation, const std::string &dataset,
     s.coverage_median = percentile(coverage, 50);
     s.coverage_p5 = percentile(coverage, 5);
     s.expected_correlation = correlation(predicted, actual);
-    const auto over = std::ranges::count_if(mre, [&](double m) { return m > target_mre; });
-    if (!mre.empty())
-        s.frames_over_target = 100.0 * static_cast<double>(over) / static_cast<double>(mre.size());
+    const ExpectedAgainstTrue pairs = expected_against_true(evaluation);
+    std::vector<double> ratios;
+    std::ranges::transform(pairs.true_mre, pairs.expected_mre, std::back_inserter(ratios),
+                           std::divides{});
+    s.true_over_expected = percentile(ratios, 50);
+    const auto share_over = [](const std::vector<double> &values, double limit) {
+        const auto over = std::ranges::count_if(values, [&](double v) { return v > limit; });
+        return values.empty() ? std::nullopt
+                              : std::optional(100.0 * static_cast<double>(over) /
+                                              static_cast<double>(values.size()));
+    };
+    s.misjudged_share = share_over(ratios, misjudged);
+    s.frames_over_target = share_over(mre, target_mre);
     s.ms_per_frame_median = percentile(ms, 50);
     return s;
+}
+
+std::string duty_cycle_text(const Summary &s) {
+    return fmt::format("lit {:.1f} %, measured {:.1f} %", s.duty_cycle, s.measured_share);
 }
 
 std::string to_text(const Summary &s) {
@@ -126,7 +162,7 @@ std::string to_text(const Summary &s) {
         out += fmt::format("  {:<28}{}\n", key, value);
     };
     add("frames", std::to_string(s.frames));
-    add("measured (duty cycle)", fmt::format("{} ({:.1f} %)", s.measured, s.duty_cycle));
+    add("duty cycle", duty_cycle_text(s));
     add("MRE median", cell(s.mre_median, "%"));
     add("    mean", cell(s.mre_mean, "%"));
     add("    95th percentile", cell(s.mre_p95, "%"));
@@ -138,6 +174,10 @@ std::string to_text(const Summary &s) {
     add("time a frame, median", cell(s.ms_per_frame_median, "ms"));
     if (s.expected_correlation)
         add("expected against true MRE", fmt::format("r = {:.2f}", *s.expected_correlation));
+    if (s.true_over_expected)
+        add("    from 3rd measurement on",
+            fmt::format("median of true / expected {:.2f}, above {:g} x expected {:.1f} %",
+                        *s.true_over_expected, misjudged, *s.misjudged_share));
     if (s.damaged > 0)
         add("dropped as unusable", std::to_string(s.damaged));
     if (s.unscored > 0)

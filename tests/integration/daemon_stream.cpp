@@ -185,6 +185,7 @@ TEST_CASE("afterglowctl shows the daemon's status, its frames and a snapshot") {
     const std::string stats = served.ctl({"stats"}).output;
     CHECK(std::regex_search(stats, std::regex("DutyCycle +[0-9.]+ %\n")));
     CHECK(std::regex_search(stats, std::regex("EstimatedPower +[0-9.]+ W\n")));
+    CHECK(std::regex_search(stats, std::regex("CpuLoad +[0-9.e-]+ s/s \\(measured\\)\n")));
     CHECK(std::regex_search(stats, std::regex("LatencyP99 +[0-9]+ ns\n")));
     CHECK(std::regex_search(stats, std::regex("OpenStreams +[0-9]+\n")));
 

@@ -91,7 +91,7 @@ TEST_CASE("afterglow-eval live prints a summary and no picture when every frame 
                              "gate.mode=always-on", "--picture", folder.path() + "/picture.png"});
     INFO(ended.errors);
     CHECK(ended.code == 0);
-    CHECK(ended.output.find("duty cycle 100.0 %") != std::string::npos);
+    CHECK(ended.output.find("lit 100.0 %, measured 100.0 %") != std::string::npos);
     CHECK(ended.output.find("no picture") != std::string::npos);
     CHECK_FALSE(fs::exists(folder.path() + "/picture.png"));
 }

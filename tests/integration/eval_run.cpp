@@ -166,9 +166,10 @@ TEST_CASE("afterglow-eval run --json has the documented keys", "[eval]") {
     const TemporaryFolder folder;
     const Ended ended = run({"afterglow-eval", "run", record(folder), "--json", "--frames", "6"});
     REQUIRE(ended.code == 0);
-    for (const char *key : {"dataset", "preset", "frames", "measured", "duty_cycle", "mre_median",
-                            "mre_mean", "mre_p95", "mae_cm_median", "rmse_cm_median",
-                            "coverage_median", "coverage_p5", "ms_per_frame_median"})
+    for (const char *key :
+         {"dataset", "preset", "frames", "lit", "measured", "duty_cycle", "measured_share",
+          "mre_median", "mre_mean", "mre_p95", "mae_cm_median", "rmse_cm_median", "coverage_median",
+          "coverage_p5", "ms_per_frame_median"})
         CHECK(nlohmann::json::parse(ended.output).contains(key));
     CHECK(nlohmann::json::parse(ended.output).at("frames") == 6);
     CHECK(std::count(ended.output.begin(), ended.output.end(), '\n') == 1);

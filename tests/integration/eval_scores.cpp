@@ -188,7 +188,7 @@ TEST_CASE("afterglow-eval run --dump writes the published frames and their metri
     const auto rows = read_csv(dump + "/frames.csv");
     REQUIRE(rows.size() == 1 + frames);
     CHECK(rows[0] == Words{"index", "t_ns", "source", "age_frames", "expected_mre", "mre",
-                           "coverage", "inliers"});
+                           "coverage", "inliers", "lit"});
 
     auto recording = open_recording(dataset);
     REQUIRE(recording);

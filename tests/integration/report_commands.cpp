@@ -116,8 +116,9 @@ TEST_CASE("afterglow-eval report gives the same scores as afterglow-eval run", "
             return candidate.at("summary").at("preset") == preset && candidate.at("value") == knob;
         });
         REQUIRE(score != scores.end());
-        for (const char *key : {"frames", "measured", "duty_cycle", "mre_median", "mre_p95",
-                                "mae_cm_median", "rmse_cm_median", "coverage_median"}) {
+        for (const char *key :
+             {"frames", "lit", "measured", "duty_cycle", "measured_share", "mre_median", "mre_p95",
+              "mae_cm_median", "rmse_cm_median", "coverage_median"}) {
             INFO(key);
             CHECK(score->at("summary").at(key) == alone.at(key));
         }

@@ -83,6 +83,25 @@ TEST_CASE("the capture session runs the cameras from the first reader to the las
     CHECK(event->missed == 0);
 }
 
+TEST_CASE("the capture session charges CPU time while the cameras run, not while they sleep") {
+    Fixture fixture;
+    fixture.turn();
+    CHECK(fixture.last_event()->stream_ns == 0); // no image before it
+    fixture.turn();
+    const auto running = fixture.last_event();
+    CHECK(running->stream_ns == 33'000'000);
+    CHECK(running->cpu_ns > 0);
+
+    fixture.orders.run = false;
+    fixture.turn();
+    fixture.cameras.t_ns += 60'000'000'000;
+    fixture.orders.run = true;
+    fixture.turn(1min);
+    const auto woken = fixture.last_event();
+    CHECK(woken->stream_ns == running->stream_ns);
+    CHECK(woken->cpu_ns == running->cpu_ns);
+}
+
 TEST_CASE("the capture session runs without readers when configured so") {
     Fixture fixture(configured(true));
     fixture.orders.run = false;

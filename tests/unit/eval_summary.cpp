@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "core/pipeline.hpp"
 #include "eval/scoring/summary_json.hpp"
 #include "tests/catch.hpp"
+
+#include <fmt/format.h>
 
 using namespace afterglow;
 
@@ -17,7 +20,7 @@ FrameScore estimated(double mre, double coverage) {
 
 FrameScore measured() {
     FrameScore frame = estimated(0, 100);
-    frame.measured = true;
+    frame.measured = frame.lit = true;
     return frame;
 }
 
@@ -38,12 +41,38 @@ TEST_CASE("the summary's errors and coverage are over estimated frames alone", "
     CHECK(summary.frames == 4);
     CHECK(summary.measured == 1);
     CHECK(summary.duty_cycle == 25);
+    CHECK(summary.measured_share == 25);
     CHECK(*summary.mre_median == Approx(2));
     CHECK(*summary.mre_mean == Approx(3));
     CHECK(*summary.mae_cm_median == Approx(4));
     CHECK(*summary.rmse_cm_median == Approx(6));
     CHECK(*summary.coverage_median == Approx(80));
     CHECK(*summary.coverage_p5 == Approx(71));
+}
+
+TEST_CASE("the duty cycle counts the frames lit while the TOF camera wakes up", "[eval]") {
+    const auto summary_of = [](int wake_latency) {
+        auto footage = open_synthetic_footage(
+            {.width = 160, .height = 120, .wake_latency_frames = wake_latency, .frames = 40});
+        REQUIRE(footage);
+        WorkerPool pool(1);
+        GatePolicy gate;
+        gate.mode = GateMode::interval;
+        gate.interval_frames = 10;
+        const auto evaluation =
+            evaluate(*footage, pipeline_factory(*estimator_preset("default"), pool), gate);
+        REQUIRE(evaluation);
+        return summarize(*evaluation, "room", "default", gate.target_mre);
+    };
+    const Summary prompt = summary_of(0);
+    CHECK(prompt.measured_share > 0);
+    CHECK(prompt.duty_cycle == prompt.measured_share);
+    const Summary late = summary_of(3);
+    CHECK(late.measured > 0);
+    CHECK(late.lit >= 3 * late.measured);
+    CHECK(late.duty_cycle == 100.0 * late.lit / 40);
+    CHECK(to_text(late).find(fmt::format("lit {:.1f} %, measured {:.1f} %", late.duty_cycle,
+                                         late.measured_share)) != std::string::npos);
 }
 
 TEST_CASE("the summary counts a frame without depth as zero coverage", "[eval]") {
@@ -66,6 +95,35 @@ TEST_CASE("the summary correlates expected and true error where both are known",
     CHECK(*summarize(evaluation, "d", "p", 1.5).expected_correlation == Approx(1));
     evaluation.frames[0].expected_mre.reset();
     CHECK_FALSE(summarize(evaluation, "d", "p", 1.5).expected_correlation);
+}
+
+namespace {
+
+FrameScore judged(double expected, double actual) {
+    FrameScore frame = estimated(actual, 90);
+    frame.expected_mre = expected;
+    return frame;
+}
+
+} // namespace
+
+TEST_CASE("expected errors are compared with true ones from the third measurement on", "[eval]") {
+    Evaluation evaluation;
+    evaluation.frames = {measured(),   judged(1, 9),   measured(),   judged(1, 9), measured(),
+                         judged(1, 1), judged(1, 0.5), judged(2, 4), judged(2, 6), FrameScore{}};
+    const Summary s = summarize(evaluation, "d", "p", 1.5);
+    REQUIRE(s.true_over_expected);
+    CHECK(*s.true_over_expected == Approx(1.5)); // of 0.5, 1, 2, 3
+    CHECK(*s.misjudged_share == Approx(50));
+    CHECK(expected_against_true(evaluation).true_mre == std::vector<double>{1, 0.5, 4, 6});
+}
+
+TEST_CASE("an evaluation of two measurements says nothing of the expected error", "[eval]") {
+    Evaluation evaluation;
+    evaluation.frames = {measured(), judged(1, 2), measured(), judged(1, 2)};
+    const Summary s = summarize(evaluation, "d", "p", 1.5);
+    CHECK_FALSE(s.true_over_expected);
+    CHECK_FALSE(s.misjudged_share);
 }
 
 TEST_CASE("the summary's JSON has numbers, and null for missing ones", "[eval]") {

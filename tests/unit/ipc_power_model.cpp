@@ -4,19 +4,14 @@
 
 using namespace afterglow;
 
-TEST_CASE("the power model gives the paper's 23 % to 73 % at a duty cycle of 15 %", "[core]") {
-    const auto saving = [](double tof_w) {
-        PowerModel model;
-        model.tof_w = tof_w;
-        return model.saving(0.15);
-    };
-    CHECK(saving(1) == Approx(0.23).margin(0.01));
-    CHECK(saving(5) == Approx(0.73).margin(0.01));
+TEST_CASE("the power model charges light by the duty cycle and cores by their CPU time", "[ipc]") {
+    const PowerModel model{.tof_w = 4, .idle_w = 0.5, .core_w = 2};
+    CHECK(model.system_w(0, 0) == Approx(0.5));
+    CHECK(model.system_w(0.25, 0) == Approx(1.5));
+    CHECK(model.system_w(0.25, 1.5) == Approx(4.5));
 }
 
-TEST_CASE("the power model's limits are the TOF camera alone and the processor alone", "[core]") {
-    const PowerModel model;
-    CHECK(model.system_w(1) == Approx(5.19)); // P_TOF + P_I
-    CHECK(model.system_w(0) == Approx(0.69)); // P_C + P_M
-    CHECK(model.saving(1) < 0);               // always lit, the idle processor comes on top
+TEST_CASE("four busy cores of the power model take what the paper's board takes", "[ipc]") {
+    CHECK(PowerModel().system_w(0, 4) == Approx(0.63 + 0.06));
+    CHECK(PowerModel().system_w(0, 0) == Approx(0.16 + 0.03));
 }

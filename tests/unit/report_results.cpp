@@ -25,6 +25,7 @@ Score score(const char *dataset, const char *system, const char *knob, double va
     s.summary.preset = system;
     s.summary.frames = 100;
     s.summary.duty_cycle = duty_cycle;
+    s.summary.measured_share = duty_cycle - 1;
     s.summary.mre_median = mre;
     s.summary.mre_mean = mre;
     s.summary.mae_cm_median = 2 * mre;
@@ -39,7 +40,7 @@ Results sample() {
     r.scores = {score("desk", "paper", "threshold", 4, 20, 1.5),
                 score("desk", "paper", "threshold", 2, 40, 1.1),
                 score("desk", "default", "target", 1, 12, 0.9),
-                score("desk", "default", "target", 2, 6, 2.2),
+                score("desk", "default", "target", 3, 6, 2.2), // not the default
                 score("desk", "copy", "interval", 8, 12.5, 3.3),
                 score("desk", "reverse-warp", "threshold", 4, 20, 1.8),
                 score("desk", "median", "threshold", 4, 20, 1.6),
@@ -47,6 +48,8 @@ Results sample() {
     r.flow_times = {{"Three Step Search", 1.25, 1, 1, 1, 30},
                     {"Lucas Kanade", 5.5, 4.4, 4.2, 4.6, 30}};
     r.system_times = {{"paper", 7, 1, 1, 1, 30}, {"default", 2.8, 0.4, 0.38, 0.42, 30}};
+    r.system_cpu_times = {{"paper", 7, 1, 1, 1, 30}, {"default", 2.8, 0.4, 0.38, 0.42, 30}};
+    r.scores[7].calibration = {{1, 2}, {1.5, 4}};
     r.stage_times = {{"flow", 2, 0.25, 0.2, 0.3, 30},
                      {"pose", 1, 0.125, 0.1, 0.15, 30},
                      {"reprojection", 5, 0.625, 0.6, 0.7, 30},
@@ -83,6 +86,7 @@ TEST_CASE("a changed result changes the report's page, tables and JSON", "[repor
         {"MAE", [](Results &r) { r.scores[2].summary.mae_cm_median = 7.77; }},
         {"RMSE", [](Results &r) { r.scores[2].summary.rmse_cm_median = 7.77; }},
         {"duty cycle", [](Results &r) { r.scores[2].summary.duty_cycle = 13.7; }},
+        {"measured share", [](Results &r) { r.scores[7].summary.measured_share = 7.7; }},
         {"coverage", [](Results &r) { r.scores[2].summary.coverage_median = 77.7; }},
         {"setting", [](Results &r) { r.scores[2].setting.value = 1.375; }},
         {"copy's MRE", [](Results &r) { r.scores[4].summary.mre_median = 3.77; }},
@@ -96,6 +100,9 @@ TEST_CASE("a changed result changes the report's page, tables and JSON", "[repor
         {"rounds", [](Results &r) { r.flow_times[1].rounds = 77; }},
         {"system time", [](Results &r) { r.system_times[1].ms = 7.77; }},
         {"system ratio", [](Results &r) { r.system_times[1].ratio = 0.777; }},
+        {"CPU time", [](Results &r) { r.system_cpu_times[1].ratio = 0.777; }},
+        {"true over expected", [](Results &r) { r.scores[7].summary.true_over_expected = 1.77; }},
+        {"misjudged", [](Results &r) { r.scores[7].summary.misjudged_share = 17.7; }},
         {"stage share", [](Results &r) { r.stage_times[0].ratio = 0.177; }},
         {"stage time", [](Results &r) { r.stage_times[0].ms = 7.77; }},
         {"plain RMSE", [](Results &r) { r.ransac[0].plain_rmse_m = 0.0777; }},
@@ -205,8 +212,8 @@ TEST_CASE("the report lists the paper's datasets first, with their substitutes",
     for (const Table::Row &row : table->rows)
         labels.push_back(row.label);
     CHECK(labels == std::vector<std::string>{"TU Munich RGB-D: tum_fr1_rpy",
-                                             "ICL-NUIM (synthetic stand-in)", "office", "mean",
-                                             "median", "median of the recorded"});
+                                             "ICL-NUIM (synthetic stand-in)", "office", "mean of 2",
+                                             "median of 2", "median of clips and rooms"});
     CHECK(table->rows[0].cells[0].theirs == "0.96");
     CHECK(table->rows[2].cells[0].theirs.empty());
     CHECK(table->rows[3].cells[0].theirs == "0.93");
@@ -229,7 +236,7 @@ TEST_CASE("the report's idle power is never negative", "[report]") {
         return std::string();
     };
     CHECK(idle() == "0.10"); // 0.16 W for 60 % of the time
-    results.system_times[1].ratio = 3.5;
+    results.system_cpu_times[1].ratio = 3.5;
     CHECK(idle() == "0.00");
 }
 
@@ -294,8 +301,8 @@ TEST_CASE("the summary compares untuned systems in each sequence, and their medi
     const auto tables = make_tables(results);
     REQUIRE(tables.front().id == "summary");
     const Table &table = tables.front();
-    CHECK(table.explanation.find("afterglow lights the TOF camera in 6.00 % of the frames, with a "
-                                 "median error of 1.00 %") != std::string::npos);
+    CHECK(table.explanation.find("afterglow: lit 6.00 %, measured 5.00 %, median error 1.00 %") !=
+          std::string::npos);
     std::vector<std::pair<std::string, std::string>> rows;
     for (const Table::Row &row : table.rows) {
         REQUIRE(row.cells.size() == table.columns.size());
@@ -309,6 +316,71 @@ TEST_CASE("the summary compares untuned systems in each sequence, and their medi
     const std::string page = to_html(results);
     CHECK(page.find("<th rowspan=2>desk</th>") != std::string::npos);
     CHECK(page.find("id=\"summary\"") < page.find("id=\"tradeoff\""));
+}
+
+TEST_CASE("the report's headline leaves out short clips and synthetic rooms", "[report]") {
+    Results results;
+    const double own = GatePolicy().target_mre;
+    results.scores = {score("desk", "default", "target", own, 9, 1.3),
+                      score("clip", "default", "target", own, 90, 9),
+                      score("synthetic", "default", "target", own, 1, 0.1)};
+    results.scores[1].summary.frames = 29;
+    const auto tables = make_tables(results);
+    const auto labels = [&](const char *id) {
+        const auto table = std::ranges::find(tables, id, &Table::id);
+        REQUIRE(table != tables.end());
+        std::vector<std::string> all;
+        for (const Table::Row &row : table->rows)
+            all.push_back(row.label);
+        return all;
+    };
+    CHECK(labels("summary") == std::vector<std::string>{"desk", "median of 1"});
+    CHECK(labels("summary-others") == std::vector<std::string>{"clip", "synthetic"});
+    CHECK(tables.front().explanation.find("lit 9.00 %") != std::string::npos);
+}
+
+TEST_CASE("figures at duty cycles more than a quarter apart say so and are in no mean",
+          "[report]") {
+    Results results;
+    results.scores = {score("desk", "default", "target", 1, 12, 0.9),
+                      score("desk", "paper", "threshold", 4, 14, 1.5),
+                      score("desk", "lk", "threshold", 4, 40, 2.5)};
+    const auto tables = make_tables(results);
+    const auto table = std::ranges::find(tables, "table-4-mre", &Table::id);
+    REQUIRE(table != tables.end());
+    REQUIRE(table->columns.size() == 3); // paper, lk, default
+    CHECK(table->rows[0].cells[0].ours == "1.50");
+    CHECK(table->rows[0].cells[1].ours == "2.50 [40.0/12.0 %]");
+    REQUIRE(table->rows[1].label == "mean of 1");
+    CHECK(table->rows[1].cells[0].ours == "1.50");
+    CHECK(table->rows[1].cells[1].ours.empty());
+}
+
+TEST_CASE("the report plots each frame's expected error against its true one", "[report]") {
+    const Results results = sample();
+    const auto figures = make_figures(results);
+    const auto figure = std::ranges::find(figures, "calibration-plots", &Figure::id);
+    REQUIRE(figure != figures.end());
+    REQUIRE(figure->panels.size() == 1);
+    const auto &series = figure->panels[0].series;
+    REQUIRE(series.size() == 3); // 1:1, 1.5:1, the frames
+    CHECK(series[2].points == std::vector<std::pair<double, double>>{{1, 1.5}, {2, 4}});
+}
+
+TEST_CASE("every table and figure of power says what is charged", "[report]") {
+    const Results results = sample();
+    int found = 0;
+    const auto check = [&](const std::string &id, const std::string &explanation) {
+        if (id != "table-6" && id != "power" && id != "system-power")
+            return;
+        ++found;
+        CHECK(explanation.find("the CPU time measured here") != std::string::npos);
+    };
+    for (const Table &table : make_tables(results))
+        check(table.id, table.explanation);
+    for (const Figure &figure : make_figures(results))
+        check(figure.id, figure.explanation);
+    CHECK(found == 3);
 }
 
 TEST_CASE("the page says which version made it, when, and on which processor", "[report]") {

@@ -63,6 +63,8 @@ std::string_view unit(std::string_view property) {
         return " %";
     if (property == "EstimatedPower")
         return " W";
+    if (property == "CpuLoad")
+        return " s/s (measured)";
     const bool is_time = property.starts_with("Latency") || property == "WakeLatency" ||
                          property.starts_with("PairingError");
     return is_time ? " ns" : "";
@@ -96,8 +98,10 @@ Status show_status(const std::string &bus) {
                number(p, "FramesMissed"));
     if (frames == 0)
         return ok();
-    fmt::print("  light     on for {:.1f} % of the frames, {:.2f} W by the power model\n",
-               number(p, "DutyCycle"), number(p, "EstimatedPower"));
+    fmt::print("  light     lit {:.1f} %, measured {:.1f} % of the frames\n",
+               number(p, "DutyCycle"), 100 * number(p, "FramesMeasured") / frames);
+    fmt::print("  power     {:.2f} W by the power model; CPU {:.2f} s per second, measured\n",
+               number(p, "EstimatedPower"), number(p, "CpuLoad"));
     fmt::print("  coverage  {:.1f} % of the last frame\n", number(p, "Coverage"));
     if (const double error = number(p, "ExpectedError"); error >= 0)
         fmt::print("  error     {:.2f} % expected in the last frame\n", error);

@@ -60,6 +60,7 @@ void Noise::measure(std::uint64_t frame, ImageView<const float> z, LumaView luma
     const auto far = static_cast<float>(tof_.furthest);
     const auto sigma = static_cast<float>(tof_.sigma_at_0);
     const auto sigma_per_square = static_cast<float>(tof_.sigma_per_square);
+    const auto bias = static_cast<float>(tof_.range_bias);
     const auto edge = static_cast<float>(tof_.edge);
     const auto saturation = static_cast<float>(tof_.saturation) * 255;
     for (int v = 0; v < depth.height(); ++v) {
@@ -77,7 +78,7 @@ void Noise::measure(std::uint64_t frame, ImageView<const float> z, LumaView luma
                 (saturation > 0 && luma.row(v)[u] > saturation * here * here))
                 continue;
             const float normal = normal_[(first + static_cast<std::size_t>(u)) % draws];
-            const float measured = here + normal * (sigma + sigma_per_square * here * here);
+            const float measured = here + bias + normal * (sigma + sigma_per_square * here * here);
             depth.row(v)[u] =
                 static_cast<std::uint16_t>(std::clamp(measured * 1000 + 0.5F, 0.0F, 65535.0F));
         }

@@ -20,7 +20,9 @@ struct TofNoise {
     /// Chance that a pixel beside a depth edge sees both sides of it and measures something
     /// between them.
     double flying = 0.5;
-    double edge = 0.05; ///< an edge is a step of more than this share of z
+    double edge = 0.05;    ///< an edge is a step of more than this share of z
+    double range_bias = 0; ///< added to every depth, metres
+    int lag_frames = 0;    ///< a depth map shows what was there so many images earlier
 
     /// No errors but rounding to millimetres.
     static TofNoise none() { return {0, 0, 0, 65.535, 0, 0, 0}; }

@@ -17,6 +17,7 @@ class SyntheticSequence : public FrameSequence {
 public:
     SyntheticSequence(const SyntheticOptions &options, SyntheticWorld world)
         : noise_(options.seed, options.noise ? world.tof : TofNoise::none()),
+          lag_frames_(options.noise ? static_cast<std::uint64_t>(world.tof.lag_frames) : 0),
           image_noise_(options.noise), camera_(options, std::move(world)),
           luma_(options.width, options.height) {}
 
@@ -36,7 +37,7 @@ public:
     }
 
     Status read_depth(std::uint64_t k, ImageView<std::uint16_t> depth) override {
-        render(k);
+        render(k - std::min(k, lag_frames_));
         noise_.measure(k, z_, luma_, depth);
         return ok();
     }
@@ -50,6 +51,7 @@ private:
     }
 
     Noise noise_;
+    std::uint64_t lag_frames_;
     bool image_noise_;
     WorldCamera camera_;
     Luma luma_;
