@@ -136,9 +136,9 @@ void add_keyframe(ParameterTable &table, KeyframeOptions &k) {
     table.add("compose.keyframes", &k.compose.keyframes, {1, 16, "maps"},
               "Measured maps that are kept; raise it where the camera returns to what it has seen, "
               "lower it to save memory.");
-    table.add(
-        "compose.maps_per_frame", &k.compose.maps_per_frame, {1, 16, "maps"},
-        "Most maps warped into one frame; raise it for more coverage, lower it to save time.");
+    table.add("compose.maps_per_frame", &k.compose.maps_per_frame, {1, 16, "maps"},
+              "Most maps warped into one frame; raise it for more coverage, by pixels that are "
+              "several times as wrong as the newest map's.");
     table.add("compose.newest_bonus", &k.compose.newest_bonus, {0, 100, "percent"},
               "An earlier map is aligned with only if this much more of it is in view; raise it "
               "when depth jumps as the map changes.");

@@ -21,7 +21,7 @@ struct MotionOptions {
 /// How several keyframes make one depth map.
 struct ComposeOptions {
     int keyframes = 6;      ///< measured maps that are kept
-    int maps_per_frame = 3; ///< most maps warped into one frame
+    int maps_per_frame = 1; ///< most maps warped into one frame
     /// An earlier keyframe is tracked against only if that much more of it is in view, percent.
     float newest_bonus = 25;
 };
