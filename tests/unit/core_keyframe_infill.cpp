@@ -39,7 +39,9 @@ struct Infill {
 /// of the last frame.
 Infill infill(const Film &sensor, const DepthMap &truth, const Blind &blind) {
     const int last = static_cast<int>(sensor.images.size()) - 1;
-    Viewer viewer(sensor);
+    EstimatorOptions options;
+    options.keyframe.compose.maps_per_frame = 3; // for the frames after the measured one
+    Viewer viewer(sensor, options);
     viewer.track(0);
     viewer.measure(0);
     for (int k = 1; k < last; ++k)
