@@ -267,3 +267,77 @@ TEST_CASE("afterglow-eval live ends with a summary and a picture", "[eval]") {
     CHECK(ended.output.substr(ended.output.size() - picture.size() - 1) == picture + "\n");
     CHECK(read_luma(picture));
 }
+
+namespace {
+
+/// The numbers of the row that begins with `name`.
+std::vector<double> row(const std::string &table, const std::string &name) {
+    std::istringstream lines(table);
+    std::vector<double> numbers;
+    for (std::string line; std::getline(lines, line);) {
+        if (line.compare(0, name.size() + 2, "  " + name) != 0)
+            continue;
+        std::istringstream rest(line.substr(name.size() + 2));
+        for (double number; rest >> number;)
+            numbers.push_back(number);
+        return numbers;
+    }
+    return numbers;
+}
+
+} // namespace
+
+TEST_CASE("afterglow-eval protocol scores a recording in all orders, as run does", "[eval]") {
+    const TemporaryFolder folder;
+    const std::string recording = record(folder);
+    const Ended ended =
+        run({"afterglow-eval", "protocol", recording, "--no-oracle", "--shifts", "2"});
+    INFO(ended.output << ended.errors);
+    REQUIRE(ended.code == 0);
+    for (const auto &[name, order] :
+         {std::pair<std::string, std::vector<std::string>>{"forwards", {}},
+          {"backwards", {"--reverse"}},
+          {"every 2nd", {"--every", "2"}},
+          {"from 2", {"--skip", "2"}}}) {
+        INFO(name);
+        std::vector<std::string> command = {"afterglow-eval", "run", recording, "--json"};
+        command.insert(command.end(), order.begin(), order.end());
+        const Ended scored = run(command);
+        REQUIRE(scored.code == 0);
+        const auto scores = nlohmann::json::parse(scored.output);
+        const std::vector<double> numbers = row(ended.output, name);
+        REQUIRE(numbers.size() >= 4);
+        CHECK(numbers[0] == Approx(scores.at("duty_cycle").get<double>()).margin(0.051));
+        CHECK(numbers[2] == Approx(scores.at("mre_median").get<double>()).margin(0.0051));
+        CHECK(numbers[3] == Approx(scores.at("mre_p95").get<double>()).margin(0.0051));
+    }
+    const double forwards = row(ended.output, "forwards").at(2);
+    const double shifted = row(ended.output, "from 2").at(2);
+    CHECK(row(ended.output, "starts, least").at(2) == std::min(forwards, shifted));
+    CHECK(row(ended.output, "starts, most").at(2) == std::max(forwards, shifted));
+}
+
+TEST_CASE("afterglow-eval protocol names a dataset that it cannot read", "[eval]") {
+    const Ended ended = run({"afterglow-eval", "protocol", "/no/such/recording"});
+    CHECK(ended.code == 1);
+    CHECK(ended.errors.find("/no/such/recording") != std::string::npos);
+}
+
+TEST_CASE("the synthetic rooms with other sensors differ from the room as they are named",
+          "[eval]") {
+    const auto scored = [](const std::string &dataset) {
+        const Ended ended = run({"afterglow-eval", "run", dataset, "--frames", "30", "--json"});
+        INFO(dataset << ": " << ended.errors);
+        REQUIRE(ended.code == 0);
+        return nlohmann::json::parse(ended.output);
+    };
+    const auto error = [](const nlohmann::json &scores) {
+        return scores.at("mre_median").get<double>();
+    };
+    const double room = error(scored("synthetic"));
+    CHECK(error(scored("synthetic:noisy")) > room);
+    CHECK(error(scored("synthetic:late")) > room);
+    CHECK(error(scored("synthetic:biased")) != room);
+    CHECK(scored("synthetic:short-range").at("frames") == 30);
+    CHECK(run({"afterglow-eval", "run", "synthetic:nosuch"}).code != 0);
+}
