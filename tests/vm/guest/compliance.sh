@@ -22,7 +22,8 @@ same_after() {
     for end in normal killed; do
         capture_probe device="$1" width="$2" height="$3" fps="$4" format=GREY frames=20 >out
         if [ $end = killed ]; then
-            capture_probe device="$1" width="$2" height="$3" fps="$4" format=GREY seconds=60 >out &
+            in_background out capture_probe device="$1" width="$2" height="$3" \
+                fps="$4" format=GREY seconds=60
             until_line 10 out 'first frame'
             end_by KILL $!
         fi

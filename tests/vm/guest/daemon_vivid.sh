@@ -31,7 +31,7 @@ v4l2-ctl -c wrap_timestamp=0
 until_true 5 state_is idle
 
 echo "-- a driver that marks, drops and stops"
-afterglowctl --bus "$bus" monitor >frames &
+in_background frames afterglowctl --bus "$bus" monitor
 until_true 10 grep -q measured frames
 v4l2-ctl -c inject_v4l2_buf_flag_error=1
 until_line 5 daemon.log 'corrupt'

@@ -11,7 +11,7 @@ level_is() { check "$(($(cat /sys/module/test_gpio/parameters/levels) >> 2 & 1))
 
 level_is 1 # left on by somebody
 for active_low in 0 1; do
-    capture_probe gpio="$chip" line=2 active_low=$active_low seconds=2 >out &
+    in_background out capture_probe gpio="$chip" line=2 active_low=$active_low seconds=2
     probe=$!
     until_line 20 out 'opened$'
     level_is $active_low

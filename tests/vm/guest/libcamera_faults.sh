@@ -4,7 +4,7 @@
 . /vm/guest/rig.bash
 modprobe -a vhci_hcd firmware_node
 plug_in 0 cam
-capture_probe libcamera=1 device=VHCI pattern=1 retry=1 seconds=9 >out &
+in_background out capture_probe libcamera=1 device=VHCI pattern=1 retry=1 seconds=9
 probe=$!
 until_line 20 out 'first frame'
 faults cam 1 'bad 2' 'short 2' 'drop 3' 'eproto 30' 'stall 300'

@@ -4,7 +4,7 @@
 . /vm/guest/rig.bash
 modprobe -a vhci_hcd firmware_node
 plug_in 0 cam
-capture_probe libcamera=1 device=VHCI pattern=1 retry=1 seconds=28 >out &
+in_background out capture_probe libcamera=1 device=VHCI pattern=1 retry=1 seconds=28
 probe=$!
 until_line 10 out 'first frame'
 

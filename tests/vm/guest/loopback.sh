@@ -12,7 +12,7 @@ echo "-- a writer that dies, and another"
 feed_loopback /dev/video20 320 240 30 60 &
 feeder=$!
 sleep 0.5
-capture_probe device=/dev/video20 pattern=1 retry=1 frames=90 seconds=60 >out &
+in_background out capture_probe device=/dev/video20 pattern=1 retry=1 frames=90 seconds=60
 probe=$!
 wait $feeder
 until_line 10 out 'lost: .*gives no images'

@@ -21,7 +21,7 @@ echo "-- in use by another program"
 v4l2-ctl --stream-mmap --stream-count=0 >/dev/null 2>&1 &
 other=$!
 until_true 20 sh -c '! v4l2-ctl --set-fmt-video=width=320,height=180'
-capture_probe width=640 height=360 fps=25 frames=5 retry=1 seconds=60 >out &
+in_background out capture_probe width=640 height=360 fps=25 frames=5 retry=1 seconds=60
 probe=$!
 until_line 20 out 'in use by another program'
 kill $other

@@ -32,6 +32,13 @@ end_by() {
     check $code == $((128 + $(kill -l "$1")))
 }
 
+# in_background FILE COMMAND...: its output goes to FILE, where nothing of an earlier command is left
+# when this returns. The process is $!.
+in_background() {
+    : >"$1"
+    "${@:2}" >>"$1" &
+}
+
 # until_true SECONDS COMMAND...: waits for the command to succeed.
 until_true() {
     local tries=$(($1 * 10))

@@ -8,7 +8,7 @@ for nodrop in 0 1; do
     modprobe uvcvideo nodrop=$nodrop
     check "$(cat /sys/module/uvcvideo/parameters/nodrop)" == "$nodrop"
     plug_in 0 cam
-    capture_probe device="$(by_id cam)" pattern=1 retry=1 seconds=12 >out &
+    in_background out capture_probe device="$(by_id cam)" pattern=1 retry=1 seconds=12
     probe=$!
     until_line 20 out 'first frame'
     faults cam 0.7 'bad 2' 'short 2' 'drop 3' 'eproto 30' 'stall 300'

@@ -4,7 +4,7 @@
 . /vm/guest/rig.bash
 plug_in 0 cam
 camera=$(by_id cam)
-capture_probe device="$(basename "$camera")" pattern=1 retry=1 seconds=45 >out &
+in_background out capture_probe device="$(basename "$camera")" pattern=1 retry=1 seconds=45
 probe=$!
 until_line 10 out 'first frame'
 

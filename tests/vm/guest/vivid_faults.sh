@@ -5,7 +5,7 @@ load_vivid
 
 # watch FRAMES: a probe in the background that starts again what is lost.
 watch() {
-    capture_probe width=640 height=360 fps=25 retry=1 seconds=60 frames="$1" >out &
+    in_background out capture_probe width=640 height=360 fps=25 retry=1 seconds=60 frames="$1"
     probe=$!
     until_line 30 out 'first frame'
 }

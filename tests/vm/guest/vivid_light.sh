@@ -5,7 +5,7 @@ load_vivid
 is() { v4l2-ctl -C boolean | grep -q "boolean: $1"; }
 
 v4l2-ctl -c boolean=1
-capture_probe device=/dev/video0 light=boolean seconds=2 >out &
+in_background out capture_probe device=/dev/video0 light=boolean seconds=2
 probe=$!
 until_line 20 out 'lit'
 is 1 || fail "the light is not on"
