@@ -23,7 +23,9 @@ struct Candidate {
 DepthComposer::DepthComposer(const Intrinsics &camera, const KeyframeOptions &options,
                              WorkerPool &pool)
     : camera_(camera), options_(options), pool_(pool), warp_(camera, options.warp),
-      depth_(camera.width, camera.height), confidence_(camera.width, camera.height) {}
+      depth_(camera.width, camera.height), confidence_(camera.width, camera.height),
+      compared_((camera.width + MotionMask::cell_px - 1) / MotionMask::cell_px,
+                (camera.height + MotionMask::cell_px - 1) / MotionMask::cell_px) {}
 
 void DepthComposer::clear() {
     std::ranges::fill(depth_.pixels(), std::uint16_t{0});
@@ -122,24 +124,41 @@ void DepthComposer::distrust(const MotionMask &mask, float relative_error) {
     }
 }
 
-DepthComposer::Errors DepthComposer::compare(DepthView measured, const MotionMask &mask,
-                                             bool moving) const {
+void DepthComposer::distrust(const LocalErrors &errors, float scale) {
+    constexpr int cell = LocalErrors::cell_px;
+    const ImageView<const float> added = errors.expected();
+    std::array<std::uint8_t, 256> lowered;
+    for (int y = 0; y < added.height(); ++y)
+        for (int x = 0; x < added.width(); ++x) {
+            const float local = scale * added(x, y);
+            if (local < confidence_step)
+                continue;
+            lowered[no_confidence] = no_confidence;
+            for (std::size_t c = 1; c < lowered.size(); ++c)
+                lowered[c] = estimated_confidence(
+                    std::hypot(expected_error(static_cast<std::uint8_t>(c)), local));
+            const int right = std::min((x + 1) * cell, camera_.width);
+            const int bottom = std::min((y + 1) * cell, camera_.height);
+            for (int v = y * cell; v < bottom; ++v)
+                for (int u = x * cell; u < right; ++u)
+                    confidence_(u, v) = lowered[confidence_(u, v)];
+        }
+}
+
+ImageView<const ComparedErrors> DepthComposer::compare(DepthView measured) {
     constexpr int step = 2, cell = MotionMask::cell_px;
-    Errors errors;
+    std::ranges::fill(compared_.pixels(), ComparedErrors{});
     for (int v = 0; v < camera_.height; v += step)
         for (int u = 0; u < camera_.width; u += step) {
             const int truth = measured(u, v), shown = depth_(u, v);
-            if (truth == 0 || shown == 0 || (mask.moving()(u / cell, v / cell) != 0) != moving)
+            if (truth == 0 || shown == 0)
                 continue;
-            errors.true_error += std::abs(shown - truth) / static_cast<double>(truth);
-            errors.expected_error += expected_error(confidence_(u, v));
+            ComparedErrors &errors = compared_(u / cell, v / cell);
+            errors.true_sum += std::abs(shown - truth) / static_cast<double>(truth);
+            errors.expected_sum += expected_error(confidence_(u, v));
             ++errors.pixels;
         }
-    if (errors.pixels > 0) {
-        errors.true_error /= errors.pixels;
-        errors.expected_error /= errors.pixels;
-    }
-    return errors;
+    return compared_;
 }
 
 void DepthComposer::overlay(DepthView measured) {

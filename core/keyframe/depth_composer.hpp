@@ -8,6 +8,7 @@
 #include "core/keyframe/expected_error.hpp"
 #include "core/keyframe/keyframe.hpp"
 #include "core/keyframe/keyframe_options.hpp"
+#include "core/keyframe/local_errors.hpp"
 #include "core/keyframe/motion_mask.hpp"
 #include "core/keyframe/warp.hpp"
 
@@ -33,15 +34,12 @@ public:
                  float error_scale = 1);
     /// Lowers the confidence of what lies in moving cells to that of `relative_error`.
     void distrust(const MotionMask &mask, float relative_error);
-    /// The true error of the composed map where `measured` has depth too, and the one that its
-    /// confidences promise there; relative.
-    struct Errors {
-        double true_error = 0;
-        double expected_error = 0;
-        int pixels = 0; ///< compared: every second one of every second row
-    };
-    /// Inside moving cells, or outside of them.
-    Errors compare(DepthView measured, const MotionMask &mask, bool moving) const;
+    /// Adds what is expected of each cell to that of its pixels, in quadrature. `scale`: factor on
+    /// it.
+    void distrust(const LocalErrors &errors, float scale);
+    /// The map beside one that was measured for the same image, by cell of MotionMask, at every
+    /// second pixel of every second row that has depth in both. Valid until the next call.
+    ImageView<const ComparedErrors> compare(DepthView measured);
     /// Empties the map.
     void clear();
     /// Lays a measured map over the composed one; pixels it lacks stay as they were composed.
@@ -71,6 +69,7 @@ private:
     DepthCorrection correction_;
     DepthMap depth_;
     Image<std::uint8_t> confidence_;
+    Image<ComparedErrors> compared_;
     int covered_ = 0;
 };
 

@@ -36,7 +36,7 @@ float fresh_error(const DepthSurface &surface, const Intrinsics &camera,
 DepthPublication::DepthPublication(const KeyframeOptions &options, const Intrinsics &camera,
                                    WorkerPool &pool)
     : camera_(camera), options_(options), composer_(camera, options, pool),
-      motion_mask_(camera, options.alignment) {
+      motion_mask_(camera, options.alignment), local_errors_(camera) {
     estimate_.depth = composer_.depth();
     estimate_.confidence = composer_.confidence();
 }
@@ -62,6 +62,9 @@ const Estimate &DepthPublication::estimated(const KeyframeSet &keyframes,
         motion_mask_.find(tracker.compared(keyframes), tracker.image(),
                           tracker.compared_alignment(), composer_.depth());
         composer_.distrust(motion_mask_, moving_scale_.scale() * options_.error.moving_error);
+        local_errors_.predict(composer_.depth(), since_measurement(depth_from_world),
+                              static_cast<int>(estimate_.age_frames) + 1);
+        composer_.distrust(local_errors_, error_scale_.scale());
     } else {
         composer_.clear();
     }
@@ -78,6 +81,8 @@ const Estimate &DepthPublication::estimated(const KeyframeSet &keyframes,
 const Estimate &DepthPublication::measured(DepthView depth, const Keyframe &fresh) {
     if (estimate_.source == FrameSource::estimated)
         learn_errors(depth);
+    else
+        local_errors_.clear();
     composer_.overlay(depth);
     enough_ = static_cast<int>(enough_coverage * static_cast<float>(composer_.covered()));
     ever_measured_ = true;
@@ -93,13 +98,26 @@ const Estimate &DepthPublication::measured(DepthView depth, const Keyframe &fres
 
 /// Compares the map composed for the last image with the one that was measured for it.
 void DepthPublication::learn_errors(DepthView depth) {
-    const int least_pixels = camera_.width * camera_.height / 400; // 1 % of those that are compared
-    const auto still = composer_.compare(depth, motion_mask_, false);
+    const int least_pixels = camera_.width * camera_.height / 400; // 1 % of those compared
+    const ImageView<const ComparedErrors> cells = composer_.compare(depth);
+    ComparedErrors still, moving;
+    for (int y = 0; y < cells.height(); ++y)
+        for (int x = 0; x < cells.width(); ++x)
+            (motion_mask_.moving()(x, y) != 0 ? moving : still) += cells(x, y);
+    local_errors_.learn(cells, error_scale_.scale());
     if (still.pixels >= least_pixels)
-        error_scale_.learn(still.true_error, still.expected_error / error_scale_.scale());
-    const auto moving = composer_.compare(depth, motion_mask_, true);
+        error_scale_.learn(still.true_error(), still.expected_error() / error_scale_.scale());
     if (moving.pixels >= least_pixels)
-        moving_scale_.learn(moving.true_error, options_.error.moving_error);
+        moving_scale_.learn(moving.true_error(), options_.error.moving_error);
+}
+
+Pose DepthPublication::since_measurement(const Pose &depth_from_world) const {
+    return (depth_from_world * measured_from_world_.inverse()).normalized();
+}
+
+void DepthPublication::clear() {
+    composer_.clear();
+    local_errors_.clear();
 }
 
 DepthView DepthPublication::composed() const {
@@ -115,7 +133,7 @@ void DepthPublication::describe(FrameSource source, const Pose &depth_from_world
     estimate_.relative_coverage = std::min(100 * covered / fresh_fill_, 100.0f);
     estimate_.expected_mre = composer_.expected_mre();
     estimate_.fresh_mre = fresh_mre_;
-    estimate_.pose = (depth_from_world * measured_from_world_.inverse()).normalized();
+    estimate_.pose = since_measurement(depth_from_world);
     estimate_.age_ns = source == FrameSource::none ? 0 : t_ns_ - measured_ns_;
 }
 

@@ -5,6 +5,7 @@
 #include "core/keyframe/depth_composer.hpp"
 #include "core/keyframe/error_scale.hpp"
 #include "core/keyframe/keyframe_tracker.hpp"
+#include "core/keyframe/local_errors.hpp"
 #include "core/keyframe/motion_mask.hpp"
 
 #include <cstdint>
@@ -32,16 +33,20 @@ public:
 
     /// The last published map; empty where it has no depth.
     DepthView composed() const;
-    void clear() { composer_.clear(); }
+    /// What was learnt about the sensor stays.
+    void clear();
 
 private:
     void learn_errors(DepthView depth);
+    /// Motion of the camera since the last measurement.
+    Pose since_measurement(const Pose &depth_from_world) const;
     void describe(FrameSource source, const Pose &depth_from_world);
 
     Intrinsics camera_;
     KeyframeOptions options_;
     DepthComposer composer_;
     MotionMask motion_mask_;
+    LocalErrors local_errors_;
     ErrorScale error_scale_;  ///< of what moves with the camera's view alone
     ErrorScale moving_scale_; ///< of moving_error
     Estimate estimate_;

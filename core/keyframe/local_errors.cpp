@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/keyframe/local_errors.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace afterglow {
+namespace {
+
+/// A cell with fewer compared pixels tells nothing.
+constexpr int least_pixels = 32;
+/// Assumed where the composed map has no depth: there the camera's rotation alone tells the place.
+constexpr double far_m = 1000;
+
+} // namespace
+
+LocalErrors::LocalErrors(const Intrinsics &camera)
+    : camera_(camera),
+      measured_((camera.width + cell_px - 1) / cell_px, (camera.height + cell_px - 1) / cell_px),
+      variance_(measured_.width(), measured_.height()),
+      expected_(measured_.width(), measured_.height()) {}
+
+void LocalErrors::predict(DepthView composed, const Pose &pose, int frames) {
+    frames_ = frames;
+    const Pose back = pose.inverse();
+    for (int y = 0; y < measured_.height(); ++y)
+        for (int x = 0; x < measured_.width(); ++x) {
+            const int u = std::min(x * cell_px + cell_px / 2, camera_.width - 1);
+            const int v = std::min(y * cell_px + cell_px / 2, camera_.height - 1);
+            const double z = composed(u, v) != 0 ? 1e-3 * composed(u, v) : far_m;
+            const Eigen::Vector3d then = back * camera_.back_project(u, v, z);
+            float variance = 0;
+            if (then.z() > 0) {
+                const Eigen::Vector2d p = camera_.project(then);
+                if (p.x() >= 0 && p.y() >= 0 && p.x() < camera_.width && p.y() < camera_.height)
+                    variance = measured_(static_cast<int>(p.x()) / cell_px,
+                                         static_cast<int>(p.y()) / cell_px);
+            }
+            variance_(x, y) = variance;
+            expected_(x, y) = std::sqrt(variance) * static_cast<float>(frames);
+        }
+}
+
+void LocalErrors::learn(ImageView<const ComparedErrors> compared, float scale) {
+    for (int y = 0; y < measured_.height(); ++y)
+        for (int x = 0; x < measured_.width(); ++x) {
+            const ComparedErrors &cell = compared(x, y);
+            measured_(x, y) = variance_(x, y);
+            if (cell.pixels < least_pixels)
+                continue;
+            const double t = cell.true_error(), e = cell.expected_error();
+            const double local = scale * expected_(x, y);
+            const double modelled = std::max(e * e - local * local, 0.0);
+            const double excess = std::max(t * t - modelled, 0.0) / (frames_ * frames_);
+            measured_(x, y) = static_cast<float>((variance_(x, y) + excess) / 2);
+        }
+}
+
+void LocalErrors::clear() {
+    std::ranges::fill(measured_.pixels(), 0.0f);
+}
+
+} // namespace afterglow

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/base/camera.hpp"
+#include "core/base/image.hpp"
+#include "core/base/rigid_motion.hpp"
+#include "core/keyframe/motion_mask.hpp"
+
+namespace afterglow {
+
+/// A composed map beside the one that was measured for the same image, over some pixels: the sums
+/// of the relative errors that it had, and of those that its confidences promised.
+struct ComparedErrors {
+    double true_sum = 0;
+    double expected_sum = 0;
+    int pixels = 0;
+
+    double true_error() const { return true_sum / pixels; }
+    double expected_error() const { return expected_sum / pixels; }
+    ComparedErrors &operator+=(const ComparedErrors &other) {
+        true_sum += other.true_sum;
+        expected_sum += other.expected_sum;
+        pixels += other.pixels;
+        return *this;
+    }
+};
+
+/// Remembers where in the view the last measurements were further from the estimates than modelled:
+/// where something moves by itself, first of all.
+///
+/// In a cell of the view that changes at a steady speed, the error grows with the n frames since
+/// the last measurement. With t the true and e the modelled mean relative error of the cell,
+///
+///     t^2 = e^2 + (r n)^2,    r_k^2 = (r_(k-1)^2 + max(t^2 - e^2, 0) / n^2) / 2
+///
+/// r, one frame's error, stays with the surface that the cell shows when the camera moves, and is
+/// halved in square by each measurement that finds nothing. Cells are those of MotionMask.
+/// Allocates when made; the calls are real-time safe.
+class LocalErrors {
+public:
+    static constexpr int cell_px = MotionMask::cell_px;
+
+    explicit LocalErrors(const Intrinsics &camera);
+
+    /// Works out expected() for a new image, `frames` after the last measured one. `pose`: points
+    /// of that one's camera frame to the new one's. `composed`: its depth map, millimetres.
+    void predict(DepthView composed, const Pose &pose, int frames);
+    /// The image last given to predict() was measured, too. `compared`: by cell; what was expected
+    /// includes expected() times `scale`, in quadrature.
+    void learn(ImageView<const ComparedErrors> compared, float scale);
+    /// Forgets all cells, as after a jump of the camera.
+    void clear();
+
+    /// r n of each cell, relative.
+    ImageView<const float> expected() const { return expected_; }
+
+private:
+    Intrinsics camera_;
+    Image<float> measured_; ///< r^2 by cell of the last measured image
+    Image<float> variance_; ///< r^2 by cell of the last image
+    Image<float> expected_; ///< by cell of the last image
+    int frames_ = 1;
+};
+
+} // namespace afterglow
