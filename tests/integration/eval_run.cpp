@@ -6,6 +6,8 @@
 #include "tests/program.hpp"
 #include "tests/skip.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
@@ -111,6 +113,30 @@ void check_no_peeking(const TemporaryFolder &folder, const std::string &recordin
     CHECK(published(blind) == published(honest));
 }
 
+/// The true errors of a recording's estimated frames, percent, at that `gate.target_mre`.
+std::vector<double> true_errors(const std::string &recording, double target_mre) {
+    const TemporaryFolder folder;
+    const std::string path = folder.path() + "/frames.csv";
+    const Ended ended = run({"afterglow-eval", "run", recording, "--csv", path, "--set",
+                             fmt::format("gate.target_mre={}", target_mre)});
+    INFO(ended.errors);
+    REQUIRE(ended.code == 0);
+    std::istringstream csv(content(path));
+    std::string line;
+    std::getline(csv, line);
+    REQUIRE(line.starts_with("index,t_ns,source,age_frames,expected_mre,mre,"));
+    std::vector<double> errors;
+    while (std::getline(csv, line)) {
+        std::istringstream fields(line);
+        std::vector<std::string> field;
+        for (std::string text; std::getline(fields, text, ',');)
+            field.push_back(text);
+        if (field.at(2) == "estimated")
+            errors.push_back(std::stod(field.at(5)));
+    }
+    return errors;
+}
+
 } // namespace
 
 TEST_CASE("estimates do not depend on depth maps the TOF camera did not measure (synthetic)",
@@ -130,6 +156,26 @@ TEST_CASE("estimates do not depend on depth maps the TOF camera did not measure 
     for (const auto &entry : fs::recursive_directory_iterator(recording))
         fs::permissions(entry.path(), fs::perms::owner_all, fs::perm_options::add);
     check_no_peeking(folder, recording, {});
+}
+
+TEST_CASE(
+    "at most 5 % of the estimated frames are worse than 1.5 times the target (real recordings)",
+    "[eval]") {
+    for (const double target : {2.0, 3.0}) {
+        std::size_t frames_in_all = 0;
+        std::ptrdiff_t worse = 0;
+        for (const char *name : {"tum_fr1_rpy", "tum_fr3_teddy"}) {
+            const auto data = testing::recording_or_skip(name);
+            if (!data)
+                return;
+            const std::vector<double> errors = true_errors(*data, target);
+            frames_in_all += errors.size();
+            worse += std::ranges::count_if(errors, [&](double e) { return e > 1.5 * target; });
+        }
+        INFO(worse << " of " << frames_in_all << " frames at a target of " << target << " %");
+        CHECK(frames_in_all > 50);
+        CHECK(20 * worse <= static_cast<std::ptrdiff_t>(frames_in_all));
+    }
 }
 
 TEST_CASE("afterglow-eval run gives the same result for any number of workers and any start time",
