@@ -372,7 +372,8 @@ TEST_CASE("afterglow-eval protocol names a dataset that it cannot read", "[eval]
 TEST_CASE("the synthetic rooms with other sensors differ from the room as they are named",
           "[eval]") {
     const auto scored = [](const std::string &dataset) {
-        const Ended ended = run({"afterglow-eval", "run", dataset, "--frames", "30", "--json"});
+        const Ended ended = run({"afterglow-eval", "run", dataset, "--frames", "30", "--json",
+                                 "--set", "gate.mode=interval", "--set", "gate.interval_frames=5"});
         INFO(dataset << ": " << ended.errors);
         REQUIRE(ended.code == 0);
         return nlohmann::json::parse(ended.output);
