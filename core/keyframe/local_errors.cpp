@@ -42,6 +42,7 @@ void LocalErrors::predict(DepthView composed, const Pose &pose, int frames) {
 }
 
 void LocalErrors::learn(ImageView<const ComparedErrors> compared, float scale) {
+    const double n = frames_;
     for (int y = 0; y < measured_.height(); ++y)
         for (int x = 0; x < measured_.width(); ++x) {
             const ComparedErrors &cell = compared(x, y);
@@ -51,13 +52,14 @@ void LocalErrors::learn(ImageView<const ComparedErrors> compared, float scale) {
             const double t = cell.true_error(), e = cell.expected_error();
             const double local = scale * expected_(x, y);
             const double modelled = std::max(e * e - local * local, 0.0);
-            const double excess = std::max(t * t - modelled, 0.0) / (frames_ * frames_);
+            const double excess = std::max(t * t - modelled, 0.0) / (n * n);
             measured_(x, y) = static_cast<float>((variance_(x, y) + excess) / 2);
         }
 }
 
 void LocalErrors::clear() {
-    std::ranges::fill(measured_.pixels(), 0.0f);
+    for (Image<float> *cells : {&measured_, &variance_, &expected_})
+        std::ranges::fill(cells->pixels(), 0.0f);
 }
 
 } // namespace afterglow
