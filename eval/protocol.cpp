@@ -13,7 +13,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 
 namespace afterglow {
 namespace {
@@ -162,12 +161,7 @@ void ProtocolArguments::add_to(CLI::App &command) {
         ->allow_extra_args(false)
         ->check(CLI::Range(1, 1000000))
         ->capture_default_str();
-    command.add_option("--frames", frames, "Only the first so many; 0 = all")
-        ->check(CLI::Range(0, std::numeric_limits<int>::max()));
-    command
-        .add_option("--wake-latency", wake_latency,
-                    "Images between light on and the first depth map")
-        ->check(CLI::Range(0, 1000));
+    add_frame_options(command, frames, wake_latency);
     command.add_flag("--oracle,!--no-oracle", oracle,
                      "Score the same with the pose from the true depth, too");
     command

@@ -90,15 +90,19 @@ Result<std::pair<EstimatorOptions, GatePolicy>> TuningArguments::resolve() const
     return std::pair(config.estimator, config.gate);
 }
 
-void FootageArguments::add_to(CLI::App &command) {
-    command.add_option("--layout", layout, "Of the dataset, if it is not recognised")
-        ->check(CLI::IsMember(layout_names()));
+void add_frame_options(CLI::App &command, int &frames, int &wake_latency) {
     command.add_option("--frames", frames, "Only the first so many; 0 = all")
         ->check(CLI::Range(0, std::numeric_limits<int>::max()));
     command
         .add_option("--wake-latency", wake_latency,
                     "Images between light on and the first depth map")
         ->check(CLI::Range(0, 1000));
+}
+
+void FootageArguments::add_to(CLI::App &command) {
+    command.add_option("--layout", layout, "Of the dataset, if it is not recognised")
+        ->check(CLI::IsMember(layout_names()));
+    add_frame_options(command, frames, wake_latency);
     command.add_option("--seed", seed, "Of the synthetic room")
         ->check(CLI::Range(std::int64_t{0}, std::int64_t{4294967295}));
     command.add_option("--motion", motion, "Speed of the synthetic camera, relative; 0 = still")

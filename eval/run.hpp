@@ -35,6 +35,9 @@ std::string synthetic_words();
 /// Stands for the synthetic room, and not for a folder of that name.
 bool is_synthetic(const std::string &dataset);
 
+/// --frames and --wake-latency, which most commands take.
+void add_frame_options(CLI::App &command, int &frames, int &wake_latency);
+
 /// Which frames there are to score.
 struct FootageArguments {
     std::string layout;

@@ -31,11 +31,20 @@ struct Wall {
         for (ComparedErrors &c : compared.pixels())
             c = {.true_sum = 2.0, .expected_sum = 2.0, .pixels = 200};
     }
-    void find(int x, int y, double true_error) { compared(x, y).true_sum = 200 * true_error; }
     void predict(int frames, const Pose &pose = Pose::identity()) {
         errors.predict(depth, pose, frames);
     }
-    void learn() { errors.learn(compared, 1); }
+    /// A measurement `frames` after the last finds `true_error` in the cell (3, 2).
+    void measure(int frames, double true_error) {
+        predict(frames);
+        compared(3, 2).true_sum = 200 * true_error;
+        errors.learn(compared, 1);
+    }
+    /// What is expected of that cell, `frames` after the last measurement.
+    float expected(int frames = 1) {
+        predict(frames);
+        return errors.expected()(3, 2);
+    }
     /// The largest of any cell.
     float most_expected() const {
         float most = 0;
@@ -75,62 +84,44 @@ TEST_CASE("local errors are expected of no cell before a measurement", "[core]")
 
 TEST_CASE("a local error grows with the frames since the last measurement", "[core]") {
     Wall wall;
-    wall.predict(4);
-    wall.find(3, 2, 0.05);
-    wall.learn();
+    wall.measure(4, 0.05);
     // Half of what was found beyond the 1 % that was modelled, in square, of each of 4 frames.
     const double rate = std::sqrt((0.05 * 0.05 - 0.01 * 0.01) / 2) / 4;
     for (const int frames : {1, 4, 9}) {
-        wall.predict(frames);
-        CHECK(wall.errors.expected()(3, 2) == Approx(frames * rate));
+        CHECK(wall.expected(frames) == Approx(frames * rate));
         CHECK(wall.errors.expected()(4, 2) == 0);
     }
 }
 
 TEST_CASE("a local error that measurements no longer find is halved in square by each", "[core]") {
     Wall wall;
-    wall.predict(1);
-    wall.find(3, 2, 0.05);
-    wall.learn();
-    wall.predict(1);
-    const float found = wall.errors.expected()(3, 2);
-    wall.find(3, 2, 0.0);
-    wall.learn();
-    wall.predict(1);
-    CHECK(wall.errors.expected()(3, 2) == Approx(found / std::sqrt(2.0f)));
+    wall.measure(1, 0.05);
+    const float found = wall.expected();
+    wall.measure(1, 0);
+    CHECK(wall.expected() == Approx(found / std::sqrt(2.0f)));
 }
 
 TEST_CASE("a local error that stays is not counted twice", "[core]") {
     Wall wall;
-    wall.find(3, 2, 0.05);
     for (int k = 0; k < 20; ++k) {
-        wall.predict(2);
-        const double local = wall.errors.expected()(3, 2);
-        wall.compared(3, 2).expected_sum = 200 * std::hypot(0.01, local);
-        wall.learn();
+        wall.compared(3, 2).expected_sum = 200 * std::hypot(0.01f, wall.expected(2));
+        wall.measure(2, 0.05);
     }
-    wall.predict(2);
-    CHECK(std::hypot(0.01f, wall.errors.expected()(3, 2)) == Approx(0.05));
+    CHECK(std::hypot(0.01f, wall.expected(2)) == Approx(0.05));
 }
 
 TEST_CASE("a local error stays as it was where a measurement has no depth", "[core]") {
     Wall wall;
-    wall.predict(1);
-    wall.find(3, 2, 0.05);
-    wall.learn();
-    wall.predict(1);
-    const float found = wall.errors.expected()(3, 2);
-    wall.compared(3, 2) = {.true_sum = 0, .expected_sum = 0, .pixels = 0};
-    wall.learn();
-    wall.predict(1);
-    CHECK(wall.errors.expected()(3, 2) == found);
+    wall.measure(1, 0.05);
+    const float found = wall.expected();
+    wall.compared(3, 2).pixels = 0;
+    wall.measure(1, 0);
+    CHECK(wall.expected() == found);
 }
 
 TEST_CASE("a local error stays with its surface when the camera moves", "[core]") {
     Wall wall;
-    wall.predict(1);
-    wall.find(3, 2, 0.05);
-    wall.learn();
+    wall.measure(1, 0.05);
     wall.predict(1, moved(0.64, 0)); // two cells to the right
     CHECK(wall.errors.expected()(3, 2) == 0);
     CHECK(wall.errors.expected()(5, 2) > 0.02f);
@@ -146,12 +137,9 @@ TEST_CASE("a local error stays with its surface when the camera moves", "[core]"
 
 TEST_CASE("local errors are forgotten on clear", "[core]") {
     Wall wall;
-    wall.predict(1);
-    wall.find(3, 2, 0.05);
-    wall.learn();
+    wall.measure(1, 0.05);
     wall.errors.clear();
-    wall.predict(1);
-    CHECK(wall.errors.expected()(3, 2) == 0);
+    CHECK(wall.expected() == 0);
 }
 
 // A plain surface does not show that it turns: only measurements tell.
