@@ -159,12 +159,13 @@ TEST_CASE("estimates do not depend on depth maps the TOF camera did not measure 
 }
 
 TEST_CASE(
-    "at most 5 % of the estimated frames are worse than 1.5 times the target (real recordings)",
+    "at most 5 % of the frames estimated for all recordings are worse than 1.5 times the target",
     "[eval]") {
     for (const double target : {2.0, 3.0}) {
         std::size_t frames_in_all = 0;
         std::ptrdiff_t worse = 0;
-        for (const char *name : {"tum_fr1_rpy", "tum_fr3_teddy"}) {
+        for (const char *name : {"7scenes_redkitchen", "bear_hands", "iphone_room",
+                                 "sun3d_fragment1", "tum_fr1_rpy", "tum_fr3_teddy"}) {
             const auto data = testing::recording_or_skip(name);
             if (!data)
                 return;
@@ -381,10 +382,12 @@ TEST_CASE("the synthetic rooms with other sensors differ from the room as they a
     const auto error = [](const nlohmann::json &scores) {
         return scores.at("mre_median").get<double>();
     };
-    const double room = error(scored("synthetic"));
+    const nlohmann::json plain = scored("synthetic");
+    const double room = error(plain);
     CHECK(error(scored("synthetic:noisy")) > room);
     CHECK(error(scored("synthetic:late")) > room);
-    CHECK(error(scored("synthetic:biased")) != room);
-    CHECK(scored("synthetic:short-range").at("frames") == 30);
+    CHECK(error(scored("synthetic:biased")) > room);
+    CHECK(scored("synthetic:short-range").at("coverage_median").get<double>() <
+          plain.at("coverage_median").get<double>() / 2);
     CHECK(run({"afterglow-eval", "run", "synthetic:nosuch"}).code != 0);
 }

@@ -90,32 +90,32 @@ TEST_CASE(
     "depth of an OpenNI2 device equals the offline result, and its emitter follows the daemon") {
     const Room room(200'000'000);
     const std::vector<DepthMap> expected = offline(room);
-    // A machine too busy to keep this pace drops frames, measures others and switches the light
-    // late: so five tries, of which one must be right in all.
+    // A machine too busy to keep this pace drops frames, and then measures others: so five tries.
     std::vector<Published> published;
-    Testcam::Log log;
-    std::string errors;
     for (int attempt = 0; attempt < 5 && !is_same(published, expected); ++attempt) {
         const Testcam testcam(room, 1);
         Served served(configuration(room, 1, "openni2-emitter", "warmup_maps = 0\n"));
         published = read_all(served, room);
-        log = testcam.log();
-        errors = served.daemon.errors();
-    }
-    INFO(errors);
-    CHECK_FALSE(published.empty());
-    for (const Published &one : published) {
-        INFO("frame " << one.frame.sequence);
-        CHECK((one.frame.illuminated != 0 || !log.was_lit(one.frame.t_ns)));
-        const bool has_map = std::count(log.maps.begin(), log.maps.end(), one.frame.sequence);
-        CHECK((one.frame.illuminated != 0 || !has_map));
-        if (one.frame.source == AFTERGLOW_MEASURED) {
-            CHECK(has_map);
-            CHECK(one.depth == room.maps[one.frame.sequence]);
+        INFO(served.daemon.errors());
+
+        const Testcam::Log log = testcam.log();
+        const bool kept_pace = is_same(published, expected);
+        CHECK_FALSE(published.empty());
+        for (const Published &one : published) {
+            INFO("frame " << one.frame.sequence);
+            CHECK((one.frame.illuminated != 0 || !log.was_lit(one.frame.t_ns)));
+            const bool has_map = std::count(log.maps.begin(), log.maps.end(), one.frame.sequence);
+            // A test camera that is late exposes its map of that number when the light is on again.
+            if (kept_pace)
+                CHECK((one.frame.illuminated != 0 || !has_map));
+            if (one.frame.source == AFTERGLOW_MEASURED) {
+                CHECK(has_map);
+                CHECK(one.depth == room.maps[one.frame.sequence]);
+            }
         }
+        for (const auto &[from, to] : log.lit)
+            CHECK(to < Testcam::never); // dark at the end
     }
-    for (const auto &[from, to] : log.lit)
-        CHECK(to < Testcam::never); // dark at the end
     CHECK(is_same(published, expected));
 }
 
