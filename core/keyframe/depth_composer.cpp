@@ -24,8 +24,7 @@ DepthComposer::DepthComposer(const Intrinsics &camera, const KeyframeOptions &op
                              WorkerPool &pool)
     : camera_(camera), options_(options), pool_(pool), warp_(camera, options.warp),
       depth_(camera.width, camera.height), confidence_(camera.width, camera.height),
-      compared_((camera.width + MotionMask::cell_px - 1) / MotionMask::cell_px,
-                (camera.height + MotionMask::cell_px - 1) / MotionMask::cell_px) {}
+      compared_(MotionMask::cells(camera.width), MotionMask::cells(camera.height)) {}
 
 void DepthComposer::clear() {
     std::ranges::fill(depth_.pixels(), std::uint16_t{0});

@@ -16,15 +16,15 @@ constexpr double far_m = 1000;
 
 LocalErrors::LocalErrors(const Intrinsics &camera)
     : camera_(camera),
-      measured_((camera.width + cell_px - 1) / cell_px, (camera.height + cell_px - 1) / cell_px),
-      variance_(measured_.width(), measured_.height()),
-      expected_(measured_.width(), measured_.height()) {}
+      variance_then_(MotionMask::cells(camera.width), MotionMask::cells(camera.height)),
+      variance_now_(variance_then_.width(), variance_then_.height()),
+      expected_(variance_then_.width(), variance_then_.height()) {}
 
 void LocalErrors::predict(DepthView composed, const Pose &pose, int frames) {
     frames_ = frames;
     const Pose back = pose.inverse();
-    for (int y = 0; y < measured_.height(); ++y)
-        for (int x = 0; x < measured_.width(); ++x) {
+    for (int y = 0; y < variance_then_.height(); ++y)
+        for (int x = 0; x < variance_then_.width(); ++x) {
             const int u = std::min(x * cell_px + cell_px / 2, camera_.width - 1);
             const int v = std::min(y * cell_px + cell_px / 2, camera_.height - 1);
             const double z = composed(u, v) != 0 ? 1e-3 * composed(u, v) : far_m;
@@ -33,32 +33,32 @@ void LocalErrors::predict(DepthView composed, const Pose &pose, int frames) {
             if (then.z() > 0) {
                 const Eigen::Vector2d p = camera_.project(then);
                 if (p.x() >= 0 && p.y() >= 0 && p.x() < camera_.width && p.y() < camera_.height)
-                    variance = measured_(static_cast<int>(p.x()) / cell_px,
-                                         static_cast<int>(p.y()) / cell_px);
+                    variance = variance_then_(static_cast<int>(p.x()) / cell_px,
+                                              static_cast<int>(p.y()) / cell_px);
             }
-            variance_(x, y) = variance;
+            variance_now_(x, y) = variance;
             expected_(x, y) = std::sqrt(variance) * static_cast<float>(frames);
         }
 }
 
 void LocalErrors::learn(ImageView<const ComparedErrors> compared, float scale) {
     const double n = frames_;
-    for (int y = 0; y < measured_.height(); ++y)
-        for (int x = 0; x < measured_.width(); ++x) {
+    for (int y = 0; y < variance_then_.height(); ++y)
+        for (int x = 0; x < variance_then_.width(); ++x) {
             const ComparedErrors &cell = compared(x, y);
-            measured_(x, y) = variance_(x, y);
+            variance_then_(x, y) = variance_now_(x, y);
             if (cell.pixels < least_pixels)
                 continue;
             const double t = cell.true_error(), e = cell.expected_error();
             const double local = scale * expected_(x, y);
             const double modelled = std::max(e * e - local * local, 0.0);
             const double excess = std::max(t * t - modelled, 0.0) / (n * n);
-            measured_(x, y) = static_cast<float>((variance_(x, y) + excess) / 2);
+            variance_then_(x, y) = static_cast<float>((variance_now_(x, y) + excess) / 2);
         }
 }
 
 void LocalErrors::clear() {
-    for (Image<float> *cells : {&measured_, &variance_, &expected_})
+    for (Image<float> *cells : {&variance_then_, &variance_now_, &expected_})
         std::ranges::fill(cells->pixels(), 0.0f);
 }
 

@@ -25,8 +25,8 @@ struct ComparedErrors {
     }
 };
 
-/// Remembers where in the view the last measurements were further from the estimates than modelled:
-/// where something moves by itself, first of all.
+/// Remembers in which cells of the view the estimates were more wrong than modelled, as the last
+/// measurements showed, for example because an object there moves by itself.
 ///
 /// In a cell of the view that changes at a steady speed, the error grows with the n frames since
 /// the last measurement. With t the true and e the modelled mean relative error of the cell,
@@ -42,11 +42,12 @@ public:
 
     explicit LocalErrors(const Intrinsics &camera);
 
-    /// Works out expected() for a new image, `frames` after the last measured one. `pose`: points
-    /// of that one's camera frame to the new one's. `composed`: its depth map, millimetres.
+    /// Works out expected() for a new image, `frames` images after the last measured one. `pose`
+    /// takes points of the last measured image's camera frame to the new image's. `composed`: the
+    /// depth map composed for the new image, millimetres.
     void predict(DepthView composed, const Pose &pose, int frames);
-    /// The image last given to predict() was measured, too. `compared`: by cell; what was expected
-    /// includes expected() times `scale`, in quadrature.
+    /// Takes the measurement of the image last given to predict(). `compared`: the errors of each
+    /// cell; their expected part includes `scale` times expected(), in quadrature.
     void learn(ImageView<const ComparedErrors> compared, float scale);
     /// Forgets all cells, as after a jump of the camera.
     void clear();
@@ -56,9 +57,9 @@ public:
 
 private:
     Intrinsics camera_;
-    Image<float> measured_; ///< r^2 by cell of the last measured image
-    Image<float> variance_; ///< r^2 by cell of the last image
-    Image<float> expected_; ///< by cell of the last image
+    Image<float> variance_then_; ///< r^2 by cell of the last measured image
+    Image<float> variance_now_;  ///< r^2 by cell of the last image
+    Image<float> expected_;      ///< by cell of the last image
     int frames_ = 1;
 };
 

@@ -15,8 +15,7 @@ constexpr float hidden_share = 0.95f;
 } // namespace
 
 MotionMask::MotionMask(const Intrinsics &camera, const AlignmentOptions &options)
-    : options_(options),
-      counts_((camera.width + cell_px - 1) / cell_px, (camera.height + cell_px - 1) / cell_px),
+    : options_(options), counts_(cells(camera.width), cells(camera.height)),
       moving_(counts_.width(), counts_.height()) {}
 
 void MotionMask::find(const AlignmentTemplate &reference, const Pyramid &image,

@@ -20,6 +20,8 @@ namespace afterglow {
 class MotionMask {
 public:
     static constexpr int cell_px = 32;
+    /// Cells along so many pixels; the last may reach beyond them.
+    static constexpr int cells(int pixels) { return (pixels + cell_px - 1) / cell_px; }
 
     MotionMask(const Intrinsics &camera, const AlignmentOptions &options);
 
