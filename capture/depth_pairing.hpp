@@ -36,6 +36,8 @@ public:
     const DepthMap &depth() const { return map_.depth; }
     /// When it was taken, on the images' clock.
     std::int64_t t_ns() const { return map_.t_ns; }
+    /// The TOF source's count of it.
+    std::uint64_t sequence() const { return map_.sequence; }
     /// The sentence behind the last `damaged` or `lost`.
     std::string_view problem() const { return problem_; }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "capture/frame_loop.hpp"
 
+#include <cassert>
+
 namespace afterglow {
 namespace {
 
@@ -20,12 +22,16 @@ decltype(auto) timed(std::chrono::nanoseconds &total, Work &&work) {
 } // namespace
 
 FrameLoop::FrameLoop(Rig &rig, PipelineFactory make, const GatePolicy &gate)
-    : rig_(rig), make_(std::move(make)), policy_(gate),
-      pairing_(rig.pairing, rig.color->intrinsics()) {
-    const Intrinsics &color = rig.color->intrinsics();
-    color_.luma = Luma(color.width, color.height);
-    gate_.emplace(policy_);
-    pipeline_ = make_(color);
+    : rig_(rig), make_(std::move(make)), camera_(rig.color->intrinsics()),
+      pipeline_(make_(camera_)), gate_(gate), pairing_(rig.pairing, camera_) {
+    color_.luma = Luma(camera_.width, camera_.height);
+}
+
+void FrameLoop::set_camera(const Intrinsics &camera) {
+    assert(has_size(camera_, camera.width, camera.height));
+    camera_ = camera;
+    pipeline_ = make_(camera_);
+    gate_.restart();
 }
 
 Status FrameLoop::start() {
@@ -41,9 +47,8 @@ Status FrameLoop::start_color() {
     Status started = rig_.color->start();
     if (!started)
         return started;
-    policy_.mode = gate_->mode();
-    gate_.emplace(policy_);
-    pipeline_ = make_(rig_.color->intrinsics());
+    gate_.restart();
+    pipeline_->restart();
     last_t_ns_.reset();
     return ok();
 }
@@ -85,7 +90,10 @@ FrameResult FrameLoop::step(std::chrono::nanoseconds timeout) {
     result.estimate = timed(result.estimation_time, [&]() -> const Estimate & {
         return pipeline_->track(color_.luma, color_.t_ns);
     });
-    if (gate_->wants_light(result.estimate) && tof_running_) {
+    const bool wanted = gate_.wants_light(result.estimate, tof_running_);
+    result.reason = gate_.reason();
+    result.budget_spent = gate_.budget_spent();
+    if (wanted) {
         measure(result);
     } else {
         set_light(false, result);
@@ -95,10 +103,9 @@ FrameResult FrameLoop::step(std::chrono::nanoseconds timeout) {
 }
 
 bool FrameLoop::is_trusted(FrameResult &result) {
-    const Intrinsics &camera = rig_.color->intrinsics();
-    if (!has_size(camera, color_.luma.width(), color_.luma.height())) {
+    if (!has_size(camera_, color_.luma.width(), color_.luma.height())) {
         result.problem = "the image has not the size of the camera's images";
-        color_.luma = Luma(camera.width, camera.height);
+        color_.luma = Luma(camera_.width, camera_.height);
     } else if (last_t_ns_ && color_.t_ns <= *last_t_ns_) {
         result.problem = "the image is not later than the one before it";
     }
@@ -117,17 +124,18 @@ void FrameLoop::measure(FrameResult &result) {
         set_light(false, result);
     if (result.tof != Capture::frame)
         return;
-    result.pairing_error = std::chrono::nanoseconds(pairing_.t_ns() - color_.t_ns);
+    result.tof_t_ns = pairing_.t_ns();
+    result.tof_sequence = pairing_.sequence();
     if (asked_ns_)
         result.wake_latency = std::chrono::nanoseconds(color_.t_ns - *asked_ns_);
     asked_ns_.reset();
     result.estimate = timed(result.estimation_time, [&]() -> const Estimate & {
         return pipeline_->measure(pairing_.depth());
     });
-    gate_->measured();
+    gate_.measured();
     // Going dark now and not at the next image saves a frame of light; a camera that measures
     // every frame would only be made to wake again.
-    set_light(gate_->keeps_light(), result);
+    set_light(gate_.keeps_light(), result);
 }
 
 bool FrameLoop::set_light(bool lit, FrameResult &result) {

@@ -22,9 +22,12 @@ struct FrameResult {
     std::uint64_t sequence = 0;      ///< the colour source's count
     bool lit = false;                ///< the illuminator may have been on when this image was taken
     bool awaited = false;            ///< it was to be on, so that a measurement could come
-    Capture tof = Capture::none;     ///< of the TOF source and its light
-    /// Where `tof` is a frame: when the map was taken, after the image.
-    std::chrono::nanoseconds pairing_error{};
+    GateReason reason = GateReason::none; ///< why the gate wants it on
+    bool budget_spent = false;            ///< it wants it on, and the budget does not allow it
+    Capture tof = Capture::none;          ///< of the TOF source and its light
+    /// Where `tof` is a frame: when the map was taken, on the images' clock, and its number.
+    std::int64_t tof_t_ns = 0;
+    std::uint64_t tof_sequence = 0;
     /// Where besides the light had to be switched on: from the image that asked to this one.
     std::optional<std::chrono::nanoseconds> wake_latency;
     std::chrono::nanoseconds estimation_time{}; ///< spent in the pipeline
@@ -37,15 +40,19 @@ struct FrameResult {
 /// Frames that cannot be trusted (of another size, not later than the one before, depth that is
 /// all but empty) come out as Capture::damaged and reach nobody.
 ///
-/// Runs on the estimator thread; allocates nothing after start() while the devices are well.
+/// Runs on the estimator thread; allocates nothing after it was made while the devices are well.
 class FrameLoop {
 public:
-    /// The rig must outlive the loop; its sources must have been opened, not started. `make` makes
-    /// the pipeline anew at each start of the colour source.
+    /// The rig must outlive the loop; its sources must have been opened, not started.
     FrameLoop(Rig &rig, PipelineFactory make, const GatePolicy &gate);
 
-    /// Starts both sources. On failure neither runs. Forgets all it knew: depth from before a
-    /// pause says nothing about after it.
+    /// The colour camera's calibration, instead of that of its source; the size must be the same.
+    /// Makes the pipeline anew, which forgets depth and all that was learnt. Allocates.
+    void set_camera(const Intrinsics &camera);
+    const Intrinsics &camera() const { return camera_; }
+
+    /// Starts both sources. On failure neither runs. Depth from before a pause is forgotten; what
+    /// was learnt about the cameras, and what has been spent of the budget, stays.
     Status start();
     /// The parts of start(), for a daemon that works on with one camera.
     Status start_color();
@@ -58,7 +65,7 @@ public:
     /// Waits at most `timeout` for an image and takes it the whole way.
     FrameResult step(std::chrono::nanoseconds timeout);
 
-    Gate &gate() { return *gate_; }
+    Gate &gate() { return gate_; }
 
 private:
     bool is_trusted(FrameResult &result);
@@ -69,9 +76,9 @@ private:
 
     Rig &rig_;
     PipelineFactory make_;
-    GatePolicy policy_;
+    Intrinsics camera_;
     std::unique_ptr<Pipeline> pipeline_;
-    std::optional<Gate> gate_;
+    Gate gate_;
     DepthPairing pairing_;
     ColorFrame color_;
     std::optional<std::int64_t> last_t_ns_;

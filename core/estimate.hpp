@@ -40,6 +40,13 @@ struct Estimate {
     std::int64_t age_ns = 0;
     /// Takes points of the last measured map's camera frame to this image's.
     Pose pose{};
+    /// Takes points of this image's camera frame to the world's, which lasts as long as the camera
+    /// is tracked: its origin is the camera of the first measurement.
+    Pose world_from_camera{};
+    /// Counts worlds: another number, another origin. 0: there is none yet.
+    std::uint32_t world = 0;
+    /// Both poses are of this image, not of an earlier one.
+    bool tracked = false;
     /// Predicted mean relative error, percent. Negative: this preset does not predict it.
     float expected_mre = -1;
     /// The same of a fresh measurement, as far as the last one tells; holds where expected_mre

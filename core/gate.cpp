@@ -15,7 +15,16 @@ constexpr std::array<std::pair<GateMode, std::string_view>, 4> mode_names{{
     {GateMode::off, "off"},
 }};
 
+// In the order of enum GateReason.
+constexpr std::array<std::string_view, 10> reason_names{
+    "dark", "first", "lost", "error", "saving", "coverage", "age", "interval", "always-on",
+    "requested"};
+
 } // namespace
+
+std::string_view to_string(GateReason reason) {
+    return reason_names[static_cast<std::size_t>(reason)];
+}
 
 std::string_view to_string(GateMode mode) {
     for (const auto &[value, name] : mode_names)
@@ -31,7 +40,14 @@ std::optional<GateMode> gate_mode_from_string(std::string_view name) {
     return std::nullopt;
 }
 
-bool Gate::wants_light(const Estimate &estimate) {
+void Gate::restart() {
+    since_measurement_ = -1;
+    waited_ = -1;
+    reason_ = GateReason::none;
+    budget_spent_ = false;
+}
+
+bool Gate::wants_light(const Estimate &estimate, bool ready) {
     if (since_measurement_ >= 0)
         ++since_measurement_;
     if (since_measurement_ == 1) {
@@ -41,11 +57,19 @@ bool Gate::wants_light(const Estimate &estimate) {
     }
     excess_ += excess_of(estimate.expected_mre);
     tokens_ = std::min(tokens_ + policy_.duty_cycle_budget / 100, policy_.budget_burst);
-    const bool lit = policy_.mode != GateMode::off && (waited_ >= 0 || decide(estimate));
+    if (!ready || policy_.mode == GateMode::off)
+        waited_ = -1;
+    if (waited_ < 0)
+        reason_ = decide(estimate);
+    budget_spent_ = waited_ < 0 && reason_ != GateReason::none && exhausted_;
+    if (!ready || budget_spent_)
+        reason_ = GateReason::none;
+    const bool lit = reason_ != GateReason::none;
     waited_ = lit ? waited_ + 1 : -1;
     if (lit)
         --tokens_; // a wake that had begun may overdraw them
-    exhausted_ = exhausted_ ? tokens_ < policy_.budget_burst / 2 : tokens_ < 1;
+    exhausted_ = policy_.duty_cycle_budget < 100 &&
+                 (exhausted_ ? tokens_ < policy_.budget_burst / 2 : tokens_ < 1);
     return lit;
 }
 
@@ -53,26 +77,49 @@ void Gate::measured() {
     latency_ = std::max(waited_, 0);
     since_measurement_ = 0;
     waited_ = -1;
+    requested_ = false;
 }
 
-bool Gate::decide(const Estimate &estimate) const {
-    const int arrival = since_measurement_ + latency_;
+/// Why this image wants light, whatever the budget says.
+GateReason Gate::decide(const Estimate &estimate) const {
+    if (policy_.mode == GateMode::off)
+        return GateReason::none;
+    if (since_measurement_ < 0)
+        return GateReason::first;
+    if (requested_)
+        return GateReason::requested;
     switch (policy_.mode) {
     case GateMode::automatic:
-        if (since_measurement_ < 0)
-            return true;
-        if (exhausted_ || arrival < policy_.shortest_interval_frames)
-            return false;
-        return estimate.wants_measurement || misses_target(estimate) ||
-               arrival >= policy_.longest_interval_frames;
+        return decide_automatic(estimate);
     case GateMode::always_on:
-        return true;
+        return GateReason::always_on;
     case GateMode::interval:
-        return since_measurement_ < 0 || arrival >= policy_.interval_frames;
+        return since_measurement_ + latency_ >= policy_.interval_frames ? GateReason::interval
+                                                                         : GateReason::none;
     case GateMode::off:
         break;
     }
-    return false;
+    return GateReason::none;
+}
+
+GateReason Gate::decide_automatic(const Estimate &estimate) const {
+    const int arrival = since_measurement_ + latency_;
+    if (arrival < policy_.shortest_interval_frames)
+        return GateReason::none;
+    if (estimate.wants_measurement)
+        return GateReason::lost;
+    if (arrival >= policy_.longest_interval_frames || too_old(estimate))
+        return GateReason::age;
+    return judge_map(estimate);
+}
+
+/// Whether the map would be older than allowed by the time a measurement could arrive.
+bool Gate::too_old(const Estimate &estimate) const {
+    if (policy_.longest_age_ms <= 0 || estimate.age_frames == 0)
+        return false;
+    const double age_ms = 1e-6 * static_cast<double>(estimate.age_ns);
+    return age_ms * (1 + static_cast<double>(latency_) / estimate.age_frames) >
+           policy_.longest_age_ms;
 }
 
 /// By how much the squared error is more than that of a map just measured; percent^2.
@@ -82,9 +129,9 @@ double Gate::excess_of(double mre) const {
 
 /// Whether the map will be too wrong or too small by the time a measurement could arrive: error and
 /// coverage are expected to go on as they went since the last measurement.
-bool Gate::misses_target(const Estimate &estimate) const {
+GateReason Gate::judge_map(const Estimate &estimate) const {
     if (estimate.expected_mre < 0)
-        return false;
+        return GateReason::none;
     const double ahead = since_measurement_ > 1
                              ? static_cast<double>(latency_) / (since_measurement_ - 1)
                              : 0.0; // in units of the time since the first estimate
@@ -93,8 +140,11 @@ bool Gate::misses_target(const Estimate &estimate) const {
     const double coverage = estimate.relative_coverage -
                             ahead * std::max(first_coverage_ - estimate.relative_coverage, 0.0);
     const bool helps = estimate.fresh_mre < policy_.worthwhile / 100 * mre;
-    return (mre > policy_.target_mre && helps) || pays_off(estimate.expected_mre, mre) ||
-           coverage < policy_.coverage_floor;
+    if (mre > policy_.target_mre && helps)
+        return GateReason::error;
+    if (pays_off(estimate.expected_mre, mre))
+        return GateReason::saving;
+    return coverage < policy_.coverage_floor ? GateReason::coverage : GateReason::none;
 }
 
 /// Measured every n images at a price p, an image costs (sum_i e_i^2 + p) / n in the mean. That is

@@ -21,6 +21,23 @@ enum class GateMode : std::uint8_t {
 std::string_view to_string(GateMode mode);
 std::optional<GateMode> gate_mode_from_string(std::string_view name);
 
+/// Why the TOF camera is lit.
+enum class GateReason : std::uint8_t {
+    none,      ///< it is dark
+    first,     ///< there is no measurement yet
+    lost,      ///< the camera's motion is not known any more
+    error,     ///< the expected error passes the target
+    saving,    ///< the expected error is not yet there, but a measurement pays off
+    coverage,  ///< too little of the map is left
+    age,       ///< the map would be too old
+    interval,  ///< it is time, by GateMode::interval
+    always_on, ///< GateMode::always_on
+    requested, ///< somebody asked for a measurement
+};
+
+/// "error", "always-on": the names on D-Bus. "dark" for none.
+std::string_view to_string(GateReason reason);
+
 struct GatePolicy {
     GateMode mode = GateMode::automatic;
     int interval_frames = 10; ///< for GateMode::interval; 1 measures every frame
@@ -34,10 +51,15 @@ struct GatePolicy {
     double coverage_floor = 75; ///< percent of what a measurement would cover
     int shortest_interval_frames = 1;  ///< between two measurements, at least
     int longest_interval_frames = 300; ///< and at most
+    double longest_age_ms = 0; ///< no map may be older than this; 0 = any may
+
+    // For every mode.
     /// Percent of the frames that may be lit in the long run; 100 = no budget. `budget_burst`
     /// frames may be saved up; once they are spent, light waits until half of them are back.
     double duty_cycle_budget = 100;
     double budget_burst = 6;
+
+    bool operator==(const GatePolicy &) const = default;
 };
 
 /// Decides for each image whether the illuminator should be lit.
@@ -50,23 +72,35 @@ class Gate {
 public:
     explicit Gate(const GatePolicy &policy) : policy_(policy), tokens_(policy.budget_burst) {}
 
-    void set_mode(GateMode mode) { policy_.mode = mode; }
-    GateMode mode() const { return policy_.mode; }
+    /// Holds from the next image on. What has been spent of the budget stays spent.
+    void set_policy(const GatePolicy &policy) { policy_ = policy; }
+    const GatePolicy &policy() const { return policy_; }
+    /// Light for the next measurement, in every mode but GateMode::off.
+    void request_measurement() { requested_ = true; }
+    /// The cameras have paused: there is no measurement any more. The budget stays as it is.
+    void restart();
 
-    /// Called once for each image, with its estimate. Once it has asked for light it goes on
-    /// asking until measured() is called, so that a TOF camera slow to wake is waited for.
-    bool wants_light(const Estimate &estimate);
+    /// Called once for each image, with its estimate; `ready`: the TOF camera could be lit. Once
+    /// it has asked for light it goes on asking until measured() is called, so that a TOF camera
+    /// slow to wake is waited for.
+    bool wants_light(const Estimate &estimate, bool ready = true);
+    /// Why the last image wanted light.
+    GateReason reason() const { return reason_; }
+    /// The last image wanted light, and the budget did not allow it.
+    bool budget_spent() const { return budget_spent_; }
     /// A measurement for the current image has arrived.
     void measured();
     /// After measured(): whether the light should stay on until the next image is asked about.
-    bool keeps_light() const { return policy_.mode == GateMode::always_on; }
+    bool keeps_light() const { return policy_.mode == GateMode::always_on && !exhausted_; }
     /// Images from light on to the first measurement, when last seen.
     int wake_latency_frames() const { return latency_; }
 
 private:
-    bool decide(const Estimate &estimate) const;
+    GateReason decide(const Estimate &estimate) const;
+    GateReason decide_automatic(const Estimate &estimate) const;
     double excess_of(double mre) const;
-    bool misses_target(const Estimate &estimate) const;
+    GateReason judge_map(const Estimate &estimate) const;
+    bool too_old(const Estimate &estimate) const;
     bool pays_off(double mre, double mre_at_arrival) const;
 
     GatePolicy policy_;
@@ -75,6 +109,9 @@ private:
     int latency_ = 0;
     double tokens_; ///< lit frames that the budget allows now
     bool exhausted_ = false;
+    bool requested_ = false;
+    GateReason reason_ = GateReason::none;
+    bool budget_spent_ = false;
     double first_mre_ = 0;      ///< expected of the first estimate since the measurement
     double excess_ = 0;         ///< sum of excess_of() since the measurement
     double first_coverage_ = 0; ///< relative, of the same

@@ -30,6 +30,9 @@ public:
     virtual const Estimate &track(LumaView luma, std::int64_t t_ns) = 0;
     /// Takes a depth map measured for the image last given to track(); millimetres, 0 = none.
     virtual const Estimate &measure(DepthView depth) = 0;
+    /// The cameras have paused: depth from before says nothing about after it and is forgotten.
+    /// What was learnt about the cameras stays.
+    virtual void restart() = 0;
 };
 
 /// Makes a pipeline for images of a camera with these intrinsics.

@@ -115,7 +115,8 @@ Pose DepthPublication::since_measurement(const Pose &depth_from_world) const {
     return (depth_from_world * measured_from_world_.inverse()).normalized();
 }
 
-void DepthPublication::clear() {
+void DepthPublication::begin_world() {
+    ++estimate_.world;
     composer_.clear();
     local_errors_.clear();
 }
@@ -134,6 +135,8 @@ void DepthPublication::describe(FrameSource source, const Pose &depth_from_world
     estimate_.expected_mre = composer_.expected_mre();
     estimate_.fresh_mre = fresh_mre_;
     estimate_.pose = since_measurement(depth_from_world);
+    estimate_.world_from_camera = depth_from_world.inverse();
+    estimate_.tracked = source != FrameSource::none;
     estimate_.age_ns = source == FrameSource::none ? 0 : t_ns_ - measured_ns_;
 }
 

@@ -33,8 +33,9 @@ public:
 
     /// The last published map; empty where it has no depth.
     DepthView composed() const;
+    /// The map to be measured next is the origin of a new world, where earlier maps have no place.
     /// What was learnt about the sensor stays.
-    void clear();
+    void begin_world();
 
 private:
     void learn_errors(DepthView depth);

@@ -63,7 +63,7 @@ void KeyframePipeline::register_map() {
 void KeyframePipeline::forget() {
     depth_now_ = Pose::identity();
     motion_.restart();
-    publication_.clear();
+    publication_.begin_world();
 }
 
 } // namespace afterglow

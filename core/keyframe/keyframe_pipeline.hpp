@@ -26,6 +26,7 @@ public:
 
     const Estimate &track(LumaView luma, std::int64_t t_ns) override;
     const Estimate &measure(DepthView depth) override;
+    void restart() override { keyframes_.clear(); }
 
 private:
     /// Motion from an image's exposure to its depth map's.

@@ -28,6 +28,7 @@ public:
     PaperPipeline(const EstimatorOptions &options, const Intrinsics &camera, WorkerPool &pool);
     const Estimate &track(LumaView luma, std::int64_t t_ns) override;
     const Estimate &measure(DepthView depth) override;
+    void restart() override { frame_.give_nothing(); }
 
 protected:
     /// Moves `to` of every match, which comes in equal to `from`, to where that point is in the

@@ -23,6 +23,11 @@ const Estimate &PublishedFrame::give_measured(DepthView depth) {
     for (int v = 0; v < depth.height(); ++v)
         std::copy_n(depth.row(v), depth.width(), depth_.row(v));
     measured_ns_ = t_ns_;
+    if (!has_depth()) {
+        ++estimate.world;
+        estimate.world_from_camera = Pose::identity();
+    }
+    world_from_measured_ = estimate.world_from_camera;
     estimate.pose = Pose::identity();
     frames_since_measured_ = 0;
     give(FrameSource::measured, measured_confidence);
@@ -30,6 +35,7 @@ const Estimate &PublishedFrame::give_measured(DepthView depth) {
 }
 
 const Estimate &PublishedFrame::give_estimated() {
+    estimate.world_from_camera = (world_from_measured_ * estimate.pose.inverse()).normalized();
     give(FrameSource::estimated, unknown_confidence);
     return estimate;
 }
@@ -49,6 +55,7 @@ void PublishedFrame::give(FrameSource source, std::uint8_t confidence) {
         plane[i] = depth[i] != 0 ? confidence : no_confidence;
     }
     estimate.source = source;
+    estimate.tracked = source != FrameSource::none;
     const bool nothing = source == FrameSource::none;
     estimate.age_frames = nothing ? 0 : frames_since_measured_;
     estimate.age_ns = nothing ? 0 : t_ns_ - measured_ns_;

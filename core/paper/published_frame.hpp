@@ -12,8 +12,8 @@ namespace afterglow {
 /// An Estimate and the memory of its planes, from one image to the next.
 ///
 /// For each image begin(), then one of the give_...(), which fill in what follows from the depth
-/// map: source, age, coverage, confidence. Pose, inliers and expected error are the owner's to
-/// set. Allocates when made and never otherwise.
+/// map and the pose: source, age, coverage, confidence, place in the world. Pose, inliers and
+/// expected error are the owner's to set. Allocates when made and never otherwise.
 class PublishedFrame {
 public:
     explicit PublishedFrame(const Intrinsics &camera);
@@ -43,6 +43,7 @@ private:
     std::int64_t t_ns_ = 0;
     std::int64_t measured_ns_ = 0;
     std::uint32_t frames_since_measured_ = 0;
+    Pose world_from_measured_; ///< of the last measured frame
 };
 
 } // namespace afterglow

@@ -27,6 +27,7 @@ public:
     }
 
     const Estimate &measure(DepthView depth) override { return frame_.give_measured(depth); }
+    void restart() override { frame_.give_nothing(); }
 
 private:
     void copy_depth(const cv::Mat &luma) {

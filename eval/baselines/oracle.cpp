@@ -57,6 +57,11 @@ public:
         return estimate_;
     }
 
+    void restart() override {
+        pipeline_->restart();
+        estimate_.source = FrameSource::none;
+    }
+
 private:
     /// Fits the newest keyframe's map to the true one and composes the depth map anew. False where
     /// the two do not fit.

@@ -85,6 +85,10 @@ public:
         keyframe_ = make_frame(luma_, depth);
         return frame_.give_measured(depth);
     }
+    void restart() override {
+        keyframe_.reset();
+        frame_.give_nothing();
+    }
 
 private:
     static void copy(DepthView from, ImageView<std::uint16_t> to) {

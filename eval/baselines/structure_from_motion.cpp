@@ -42,6 +42,10 @@ public:
     }
 
     const Estimate &measure(DepthView depth) override { return frame_.give_measured(depth); }
+    void restart() override {
+        previous_ = {};
+        frame_.give_nothing();
+    }
 
 private:
     /// Of several points in a pixel the nearest wins.

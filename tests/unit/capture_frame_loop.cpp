@@ -63,7 +63,7 @@ TEST_CASE("the frame loop never switches the light in mode always-on") {
         CHECK(fixture.step().estimate.source == FrameSource::measured);
         CHECK(fixture.cameras.lit);
     }
-    fixture.loop.gate().set_mode(GateMode::off);
+    fixture.loop.gate().set_policy({.mode = GateMode::off});
     CHECK_FALSE(fixture.step().lit);
     CHECK_FALSE(fixture.cameras.lit);
 }
@@ -159,16 +159,16 @@ TEST_CASE("the frame loop does not use depth from before a pause") {
     CHECK_FALSE(fixture.cameras.color_running);
     CHECK_FALSE(fixture.cameras.tof_running);
     REQUIRE(fixture.loop.start());
-    fixture.loop.gate().set_mode(GateMode::off);
+    fixture.loop.gate().set_policy({.mode = GateMode::off});
     CHECK(fixture.step().estimate.source == FrameSource::none);
 }
 
 TEST_CASE("the gate's mode survives a pause of the frame loop") {
     Fixture fixture;
-    fixture.loop.gate().set_mode(GateMode::off);
+    fixture.loop.gate().set_policy({.mode = GateMode::off});
     fixture.loop.stop();
     REQUIRE(fixture.loop.start());
-    CHECK(fixture.loop.gate().mode() == GateMode::off);
+    CHECK(fixture.loop.gate().policy().mode == GateMode::off);
 }
 
 TEST_CASE("when one of the two cameras does not start, neither runs") {

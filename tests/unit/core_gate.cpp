@@ -97,7 +97,7 @@ TEST_CASE("the gate in mode always-on keeps the light on", "[core]") {
     Gate gate = measured_gate({.mode = GateMode::always_on});
     CHECK(gate.keeps_light());
     CHECK(gate.wants_light(good));
-    gate.set_mode(GateMode::off);
+    gate.set_policy({.mode = GateMode::off});
     CHECK_FALSE(gate.keeps_light());
     CHECK_FALSE(gate.wants_light(bad));
 }
