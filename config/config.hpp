@@ -37,6 +37,7 @@ struct Config {
         int workers = 2;                  ///< threads that share the estimator's work
         int ring_slots = 8;               ///< frames a reader may be late by
         int realtime_priority = 0;        ///< SCHED_FIFO priority of the estimator thread; 0 = none
+        double linger_s = 2;              ///< that the cameras go on after the last reader has left
         bool run_without_readers = false; ///< keep the cameras on while nobody reads
         bool exit_at_end = false; ///< leave as soon as a recording ends, even while it is read
     } daemon;

@@ -16,9 +16,9 @@ constexpr std::array<std::pair<GateMode, std::string_view>, 4> mode_names{{
 }};
 
 // In the order of enum GateReason.
-constexpr std::array<std::string_view, 10> reason_names{
-    "dark", "first", "lost", "error", "saving", "coverage", "age", "interval", "always-on",
-    "requested"};
+constexpr std::array<std::string_view, 10> reason_names{"dark",      "first",    "lost", "error",
+                                                        "saving",    "coverage", "age",  "interval",
+                                                        "always-on", "requested"};
 
 } // namespace
 
@@ -95,7 +95,7 @@ GateReason Gate::decide(const Estimate &estimate) const {
         return GateReason::always_on;
     case GateMode::interval:
         return since_measurement_ + latency_ >= policy_.interval_frames ? GateReason::interval
-                                                                         : GateReason::none;
+                                                                        : GateReason::none;
     case GateMode::off:
         break;
     }

@@ -51,7 +51,7 @@ struct GatePolicy {
     double coverage_floor = 75; ///< percent of what a measurement would cover
     int shortest_interval_frames = 1;  ///< between two measurements, at least
     int longest_interval_frames = 300; ///< and at most
-    double longest_age_ms = 0; ///< no map may be older than this; 0 = any may
+    double longest_age_ms = 0;         ///< no map may be older than this; 0 = any may
 
     // For every mode.
     /// Percent of the frames that may be lit in the long run; 100 = no budget. `budget_burst`

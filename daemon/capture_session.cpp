@@ -2,6 +2,7 @@
 #include "daemon/capture_session.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 #include <ctime>
 
 namespace afterglow {
@@ -14,18 +15,19 @@ std::chrono::nanoseconds BackOff::next() {
 
 CaptureSession::CaptureSession(Rig &rig, const Config &config, WorkerPool &pool, RingWriter &ring,
                                Outbox &outbox)
-    : run_without_readers_(config.daemon.run_without_readers), ring_(ring), outbox_(outbox),
-      loop_(rig, pipeline_factory(config.estimator, pool), config.gate) {}
+    : run_without_readers_(config.daemon.run_without_readers),
+      linger_(static_cast<std::int64_t>(1e9 * config.daemon.linger_s)), ring_(ring),
+      outbox_(outbox), loop_(rig, pipeline_factory(config.estimator, pool), config.gate) {}
 
 CaptureSession::~CaptureSession() {
     loop_.stop();
 }
 
 std::chrono::nanoseconds CaptureSession::turn(const Orders &orders, Time now) {
-    loop_.gate().set_mode(orders.mode);
+    obey(orders);
     if (ended_)
         return for_ever;
-    if (!orders.run && !run_without_readers_)
+    if (!wanted(orders, now))
         return rest();
 
     if (!color_running_) {
@@ -34,12 +36,13 @@ std::chrono::nanoseconds CaptureSession::turn(const Orders &orders, Time now) {
         if (const Status started = loop_.start_color(); !started)
             return lose_color(started.error().message, now);
         color_running_ = true;
+        first_ = true;
         sequence_known_ = false;
         charged_t_ns_.reset();
         damaged_since_image_ = 0;
         last_image_ = now;
         if (outbox_.state() != DaemonState::color_lost)
-            outbox_.enter(DaemonState::starting);
+            tell(CameraState::starting);
     }
     if (!tof_running_ && now >= tof_retry_)
         start_tof(now);
@@ -66,15 +69,48 @@ std::chrono::nanoseconds CaptureSession::turn(const Orders &orders, Time now) {
     return std::chrono::nanoseconds(0);
 }
 
+void CaptureSession::obey(const Orders &orders) {
+    Gate &gate = loop_.gate();
+    if (!(orders.policy == gate.policy()))
+        gate.set_policy(orders.policy);
+    if (orders.measurements != measurements_ordered_)
+        gate.request_measurement();
+    measurements_ordered_ = orders.measurements;
+    if (orders.camera && !(*orders.camera == loop_.camera())) {
+        loop_.set_camera(*orders.camera);
+        ++calibration_;
+    }
+}
+
+/// Whether the cameras are to run: a stream is open, or was until a moment ago.
+bool CaptureSession::wanted(const Orders &orders, Time now) {
+    if (orders.run)
+        wanted_until_ = now + linger_;
+    return orders.run || run_without_readers_ || now < wanted_until_;
+}
+
+/// Tells the daemon's other threads how the cameras are; the colour camera is as said.
+void CaptureSession::tell(CameraState color) {
+    CameraState tof = tof_running_ ? CameraState::running : CameraState::asleep;
+    if (color == CameraState::over || color == CameraState::starting)
+        tof = color;
+    if (!tof_well_)
+        tof = CameraState::lost;
+    outbox_.enter({color, tof});
+}
+
 std::chrono::nanoseconds CaptureSession::rest() {
     if (color_running_ || tof_running_)
         loop_.stop();
+    if (outbox_.state() != DaemonState::idle)
+        ring_.clear();
+    wanted_until_ = Time::min();
     color_running_ = tof_running_ = false;
     tof_well_ = true;
     color_back_off_.reset();
     tof_back_off_.reset();
     color_retry_ = tof_retry_ = Time::min();
-    outbox_.enter(DaemonState::idle);
+    tell(CameraState::asleep);
     return for_ever;
 }
 
@@ -82,7 +118,8 @@ std::chrono::nanoseconds CaptureSession::end() {
     loop_.stop();
     color_running_ = tof_running_ = false;
     ended_ = true;
-    outbox_.enter(DaemonState::stopped);
+    tof_well_ = true;
+    tell(CameraState::over);
     return for_ever;
 }
 
@@ -105,7 +142,7 @@ void CaptureSession::take(const FrameResult &result, Time now) {
     damaged_since_image_ = 0;
     if (tof_running_)
         watch_tof(result, now);
-    outbox_.enter(tof_running_ && tof_well_ ? DaemonState::running : DaemonState::tof_lost);
+    tell(CameraState::running);
     publish(result);
 }
 
@@ -122,16 +159,39 @@ void CaptureSession::charge(std::int64_t t_ns) {
 }
 
 void CaptureSession::publish(const FrameResult &result) {
+    if (result.tof == Capture::frame) {
+        ++measurements_;
+        measurement_t_ns_ = result.tof_t_ns;
+        tof_sequence_ = result.tof_sequence;
+    }
+    const Estimate &estimate = result.estimate;
+    const Intrinsics &camera = loop_.camera();
     afterglow_frame frame = {};
+    frame.flags = (estimate.tracked ? AFTERGLOW_FRAME_TRACKED : 0U) |
+                  (first_ ? AFTERGLOW_FRAME_FIRST : 0U) |
+                  (result.budget_spent ? AFTERGLOW_FRAME_BUDGET_SPENT : 0U);
     frame.sequence = result.sequence;
     frame.t_ns = result.t_ns;
-    frame.illuminated = result.lit;
-    FrameEvent event = {ring_.publish(result.estimate, result.luma, frame), damaged_, missed_};
+    frame.emitter = result.lit ? AFTERGLOW_EMITTER_ON : AFTERGLOW_EMITTER_OFF;
+    frame.measurement = AFTERGLOW_NO_MEASUREMENT;
+    if (estimate.source != FrameSource::none) {
+        frame.measurement = measurements_ - 1;
+        frame.measurement_t_ns = measurement_t_ns_;
+        frame.tof_sequence = tof_sequence_;
+    }
+    frame.calibration = calibration_;
+    frame.fx = camera.fx;
+    frame.fy = camera.fy;
+    frame.cx = camera.cx;
+    frame.cy = camera.cy;
+    first_ = false;
+    FrameEvent event = {ring_.publish(estimate, result.luma, frame), damaged_, missed_,
+                        result.reason};
     charge(result.t_ns);
     event.stream_ns = stream_ns_;
     event.cpu_ns = cpu_ns_;
     if (result.tof == Capture::frame)
-        event.pairing_error_ns = std::chrono::abs(result.pairing_error).count();
+        event.pairing_error_ns = std::abs(result.tof_t_ns - result.t_ns);
     if (result.wake_latency)
         event.wake_latency_ns = result.wake_latency->count();
     outbox_.frame(event);
@@ -163,18 +223,18 @@ void CaptureSession::watch_tof(const FrameResult &result, Time now) {
 }
 
 std::chrono::nanoseconds CaptureSession::lose_color(std::string_view why, Time now) {
-    outbox_.note(Priority::error, why);
+    outbox_.lost(Camera::color, why);
     loop_.stop();
     color_running_ = tof_running_ = false;
     tof_retry_ = Time::min();
     const std::chrono::nanoseconds delay = color_back_off_.next();
     color_retry_ = now + delay;
-    outbox_.enter(DaemonState::color_lost);
+    tell(CameraState::lost);
     return delay;
 }
 
 void CaptureSession::lose_tof(std::string_view why, Time now) {
-    outbox_.note(Priority::error, why);
+    outbox_.lost(Camera::tof, why);
     loop_.stop_tof();
     tof_running_ = tof_well_ = false;
     tof_retry_ = now + tof_back_off_.next();

@@ -13,12 +13,14 @@
 
 namespace afterglow {
 
-/// What the estimator thread is to do. It fits one atomic word and only the latest value counts, so
-/// no queue can fill up, however often clients change the mode.
-struct alignas(4) Orders {
-    GateMode mode = GateMode::automatic;
-    bool run = false;  ///< a stream is open
-    bool stop = false; ///< end the thread
+/// What the estimator thread is to do. Only the latest value counts, so no queue can fill up,
+/// however often clients change the policy.
+struct Orders {
+    GatePolicy policy;
+    std::optional<Intrinsics> camera = {}; ///< calibration; nothing: what the source says
+    std::uint64_t measurements = 0;        ///< asked for so far: one more wants one more
+    bool run = false;                      ///< a stream is open
+    bool stop = false;                     ///< end the thread
 };
 
 /// The delay before a lost device is started again: 250 ms, then 500 ms.
@@ -38,6 +40,9 @@ private:
 ///   starting ─▶ running ◀─▶ tof-lost      any of them ─▶ idle ─▶ starting   no stream, or again
 ///                  ▲▼                     any of them ─▶ stopped            the recording is over
 ///              color-lost
+///
+/// The cameras go on for Config::Daemon::linger_s after the last stream's end, so that a reader
+/// that comes back finds them tracking. When they fall asleep the ring is cleared.
 ///
 /// Runs on the estimator thread; allocates nothing while no device fails. The caller passes the
 /// time, so that tests need not wait.
@@ -65,8 +70,11 @@ public:
     std::chrono::nanoseconds turn(const Orders &orders, Time now);
 
 private:
+    void obey(const Orders &orders);
+    bool wanted(const Orders &orders, Time now);
     std::chrono::nanoseconds rest();
     std::chrono::nanoseconds end();
+    void tell(CameraState color);
     void start_tof(Time now);
     void take(const FrameResult &result, Time now);
     void publish(const FrameResult &result);
@@ -78,9 +86,15 @@ private:
     void damaged(std::string_view why);
 
     const bool run_without_readers_;
+    const std::chrono::nanoseconds linger_;
     RingWriter &ring_;
     Outbox &outbox_;
     FrameLoop loop_;
+
+    std::uint64_t measurements_ordered_ = 0;
+    Time wanted_until_ = Time::min(); ///< a stream was open, and the linger after it
+    bool first_ = true;               ///< no frame yet since the cameras were started
+    std::uint32_t calibration_ = 1;
 
     bool color_running_ = false;
     BackOff color_back_off_;
@@ -100,6 +114,10 @@ private:
     std::uint64_t damaged_since_image_ = 0;
     std::uint64_t damaged_ = 0;
     std::uint64_t missed_ = 0;
+
+    std::uint64_t measurements_ = 0;
+    std::int64_t measurement_t_ns_ = 0; ///< of the last one, on the images' clock
+    std::uint64_t tof_sequence_ = 0;    ///< of the same
 
     std::optional<std::int64_t> charged_t_ns_; ///< of the image before; none: the cameras slept
     std::int64_t charged_cpu_ns_ = 0;          ///< of the process at that image

@@ -48,30 +48,39 @@ Result<std::unique_ptr<EstimatorThread>> EstimatorThread::create(Rig rig, const 
 EstimatorThread::EstimatorThread(Rig rig, const Config &config, RingWriter ring, UniqueFd wake,
                                  UniqueFd orders)
     : rig_(std::move(rig)), config_(config), ring_(std::move(ring)), outbox_(std::move(wake)),
-      order_fd_(std::move(orders)) {
-    given_.mode = config.gate.mode;
-    orders_.store(given_, std::memory_order_release);
+      order_fd_(std::move(orders)), orders_({.policy = config.gate}) {
+    given_.policy = config.gate;
     thread_ = std::thread([this] { run(); });
 }
 
 EstimatorThread::~EstimatorThread() {
     given_.stop = true;
-    give(given_);
+    give();
     thread_.join();
 }
 
-void EstimatorThread::set_mode(GateMode mode) {
-    given_.mode = mode;
-    give(given_);
+void EstimatorThread::set_policy(const GatePolicy &policy) {
+    given_.policy = policy;
+    give();
+}
+
+void EstimatorThread::measure() {
+    ++given_.measurements;
+    give();
+}
+
+void EstimatorThread::set_camera(const Intrinsics &camera) {
+    given_.camera = camera;
+    give();
 }
 
 void EstimatorThread::set_wanted(bool wanted) {
     given_.run = wanted;
-    give(given_);
+    give();
 }
 
-void EstimatorThread::give(const Orders &orders) {
-    orders_.store(orders, std::memory_order_release);
+void EstimatorThread::give() {
+    orders_.put(given_);
     ::eventfd_write(order_fd_.get(), 1);
 }
 
@@ -89,7 +98,7 @@ void EstimatorThread::run() noexcept {
     } catch (const std::exception &error) {
         outbox_.note(Priority::error, error.what());
         failed_.store(true, std::memory_order_release);
-        outbox_.enter(DaemonState::stopped);
+        outbox_.enter({CameraState::over, CameraState::over});
     }
 }
 
@@ -101,7 +110,7 @@ void EstimatorThread::capture() {
     WorkerPool pool(config_.daemon.workers);
     CaptureSession session(rig_, config_, pool, ring_, outbox_);
     while (true) {
-        const Orders orders = orders_.load(std::memory_order_acquire);
+        const Orders &orders = orders_.get();
         if (orders.stop)
             return;
         const auto idle_time = session.turn(orders, std::chrono::steady_clock::now());

@@ -4,6 +4,7 @@
 #include "config/config.hpp"
 #include "core/base/result.hpp"
 #include "daemon/capture_session.hpp"
+#include "daemon/mailbox.hpp"
 #include "daemon/outbox.hpp"
 #include "drivers/source.hpp"
 #include "ipc/ring_writer.hpp"
@@ -19,7 +20,7 @@ namespace afterglow {
 /// The thread that owns the cameras, the light, the estimator and the ring's writing end.
 ///
 /// While frames flow it does not allocate, log, use D-Bus or lock (but to share work with its own
-/// workers): it reads Orders from one atomic word and writes frame events and notes to an Outbox.
+/// workers): it reads Orders from a mailbox and writes frame events and notes to an Outbox.
 /// All members are called by one other thread, the main thread.
 class EstimatorThread {
 public:
@@ -32,9 +33,14 @@ public:
     EstimatorThread(const EstimatorThread &) = delete;
     EstimatorThread &operator=(const EstimatorThread &) = delete;
 
-    void set_mode(GateMode mode);
-    /// Whether a stream is open. If not, the cameras stop, unless configured to run without
-    /// readers.
+    /// Holds from the next image on.
+    void set_policy(const GatePolicy &policy);
+    /// The next image asks for a measurement, unless the mode is off or the budget is spent.
+    void measure();
+    /// Another calibration of the colour camera; of the same size.
+    void set_camera(const Intrinsics &camera);
+    /// Whether a stream is open. If not, the cameras stop after a while, unless configured to run
+    /// without readers.
     void set_wanted(bool wanted);
 
     Outbox &outbox() { return outbox_; }
@@ -49,7 +55,7 @@ public:
 private:
     EstimatorThread(Rig rig, const Config &config, RingWriter ring, UniqueFd wake, UniqueFd orders);
 
-    void give(const Orders &orders);
+    void give();
     void run() noexcept;
     void capture();
 
@@ -58,8 +64,7 @@ private:
     RingWriter ring_;
     Outbox outbox_;
     UniqueFd order_fd_;
-    std::atomic<Orders> orders_;
-    static_assert(std::atomic<Orders>::is_always_lock_free);
+    Mailbox<Orders> orders_;
     std::atomic<std::uint64_t> turns_ = 0;
     std::atomic<bool> failed_ = false;
 

@@ -26,10 +26,17 @@ void Outbox::note(Priority priority, std::string_view sentence) {
     wake();
 }
 
-void Outbox::enter(DaemonState state) {
-    if (state_.load(std::memory_order_relaxed) == state)
+void Outbox::lost(Camera camera, std::string_view sentence) {
+    Note note = Note::of(Priority::error, sentence);
+    note.lost = camera;
+    notes_.push(note);
+    wake();
+}
+
+void Outbox::enter(CameraStates states) {
+    if (cameras_.load(std::memory_order_relaxed) == states)
         return;
-    state_.store(state, std::memory_order_release);
+    cameras_.store(states, std::memory_order_release);
     wake();
 }
 

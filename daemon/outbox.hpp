@@ -3,12 +3,13 @@
 
 #include "core/base/log.hpp"
 #include "daemon/spsc_queue.hpp"
-#include "ipc/service.hpp"
+#include "ipc/daemon_events.hpp"
 #include "ipc/unique_fd.hpp"
 
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -17,6 +18,7 @@ namespace afterglow {
 /// A line for the log from a thread that must not allocate; longer text is cut.
 struct Note {
     Priority priority = Priority::info;
+    std::optional<Camera> lost = {}; ///< the camera that is lost for this reason
     std::uint8_t length = 0;
     std::array<char, 238> text = {};
 
@@ -24,10 +26,10 @@ struct Note {
     std::string_view sentence() const { return {text.data(), length}; }
 };
 
-/// Frame events, log notes and the daemon's state, from the estimator thread to the main thread.
+/// Frame events, log notes and the cameras' states, from the estimator thread to the main thread.
 ///
 /// The estimator thread's side is wait-free. When the main thread is seconds behind, the newest
-/// frame events and notes are dropped; the state is always up to date.
+/// frame events and notes are dropped; the states are always up to date.
 class Outbox {
 public:
     /// `wake` is an eventfd, non-blocking, that no other process holds.
@@ -36,7 +38,9 @@ public:
     // The estimator thread's side.
     void frame(const FrameEvent &event);
     void note(Priority priority, std::string_view sentence);
-    void enter(DaemonState state);
+    /// `camera` is lost, and why.
+    void lost(Camera camera, std::string_view sentence);
+    void enter(CameraStates states);
 
     // The main thread's side.
     /// Readable when there may be something new; call clear_wake() before reading it.
@@ -44,7 +48,8 @@ public:
     void clear_wake() const;
     bool next_frame(FrameEvent &event) { return frames_.pop(event); }
     bool next_note(Note &note) { return notes_.pop(note); }
-    DaemonState state() const { return state_.load(std::memory_order_acquire); }
+    CameraStates cameras() const { return cameras_.load(std::memory_order_acquire); }
+    DaemonState state() const { return daemon_state(cameras()); }
 
 private:
     void wake() const;
@@ -52,7 +57,7 @@ private:
     UniqueFd wake_;
     SpscQueue<FrameEvent, 256> frames_;
     SpscQueue<Note, 32> notes_;
-    std::atomic<DaemonState> state_ = DaemonState::starting;
+    std::atomic<CameraStates> cameras_ = CameraStates{};
 };
 
 } // namespace afterglow

@@ -19,24 +19,6 @@ constexpr const char *bus_name = "org.afterglow.Depth1";
 constexpr const char *object_path = "/org/afterglow/Depth1";
 constexpr const char *interface_name = "org.afterglow.Depth1";
 
-const char *to_string(DaemonState state) {
-    switch (state) {
-    case DaemonState::starting:
-        return "starting";
-    case DaemonState::running:
-        return "running";
-    case DaemonState::idle:
-        return "idle";
-    case DaemonState::color_lost:
-        return "color-lost";
-    case DaemonState::tof_lost:
-        return "tof-lost";
-    case DaemonState::stopped:
-        break;
-    }
-    return "stopped";
-}
-
 int connect(const BusOptions &options, Bus &bus) {
     switch (options.kind) {
     case BusOptions::Kind::system:

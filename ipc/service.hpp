@@ -4,6 +4,7 @@
 #include "afterglow/ring.h"
 #include "core/base/result.hpp"
 #include "core/gate.hpp"
+#include "ipc/daemon_events.hpp"
 #include "ipc/power_model.hpp"
 
 #include <systemd/sd-event.h>
@@ -13,20 +14,6 @@
 #include <string>
 
 namespace afterglow {
-
-/// The named states of the daemon, as shown on D-Bus.
-enum class DaemonState { starting, running, idle, color_lost, tof_lost, stopped };
-
-/// The estimator thread's report of a published frame.
-struct FrameEvent {
-    afterglow_frame frame;
-    std::uint64_t damaged;              ///< frames dropped so far because they were unusable
-    std::uint64_t missed;               ///< gaps in the colour camera's frame numbers so far
-    std::int64_t stream_ns = 0;         ///< time between images so far, while the cameras ran
-    std::int64_t cpu_ns = 0;            ///< CPU time of the process in that time
-    std::int64_t pairing_error_ns = -1; ///< between image and measurement; -1: not measured
-    std::int64_t wake_latency_ns = -1;  ///< of a light that had to go on for it; -1: none
-};
 
 /// Where the bus is: --system, --session or --bus ADDRESS.
 struct BusOptions {

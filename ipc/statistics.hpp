@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "ipc/daemon_events.hpp"
 #include "ipc/power_model.hpp"
-#include "ipc/service.hpp"
 
 #include <array>
 #include <cstddef>

@@ -284,10 +284,101 @@ TEST_CASE("the gate saves no more unused duty-cycle budget than one burst", "[co
     CHECK(row <= 7);
 }
 
-TEST_CASE("the gate's duty-cycle budget never refuses the first measurement", "[core]") {
+TEST_CASE("a pause gives the gate no new budget") {
+    const double budget = GENERATE(1.0, 10.0);
+    Gate gate({.duty_cycle_budget = budget});
+    int lit = 0;
+    for (int pause = 0; pause < 1'000; ++pause) {
+        gate.restart();
+        for (int k = 0; k < 3; ++k)
+            if (gate.wants_light(bad)) {
+                ++lit;
+                gate.measured();
+            }
+    }
+    CHECK(lit <= budget / 100 * 3'000 + GatePolicy{}.budget_burst + 1);
+    CHECK(lit > 0.5 * budget / 100 * 3'000);
+}
+
+TEST_CASE("the gate's duty-cycle budget bounds every mode") {
+    const auto mode = GENERATE(GateMode::always_on, GateMode::interval, GateMode::automatic);
+    const GatePolicy policy{.mode = mode, .interval_frames = 2, .duty_cycle_budget = 5};
+    Gate gate(policy);
+    int refused = 0;
+    const auto lit = lit_images(gate, 2'000, 0, [&](int) {
+        refused += gate.budget_spent();
+        return bad;
+    });
+    CHECK(std::count(lit.begin(), lit.end(), true) <= 0.05 * 2'000 + policy.budget_burst + 1);
+    CHECK(refused > 800);
+}
+
+TEST_CASE("without a budget the gate refuses nothing, whatever the burst") {
+    Gate gate({.mode = GateMode::always_on, .budget_burst = 1});
+    for (int k = 0; k < 100; ++k) {
+        REQUIRE(gate.wants_light(good));
+        gate.measured();
+    }
+}
+
+TEST_CASE("a wake that has begun is not cut off by the budget") {
     Gate gate({.duty_cycle_budget = 0.01, .budget_burst = 1});
     for (int k = 0; k < 50; ++k)
         CHECK(gate.wants_light(bad)); // a camera that takes its time
     gate.measured();
     CHECK_FALSE(gate.wants_light(bad));
+}
+
+TEST_CASE("a requested measurement is made once, in every mode but off") {
+    const auto mode = GENERATE(GateMode::automatic, GateMode::interval);
+    Gate gate = measured_gate({.mode = mode, .interval_frames = 100});
+    CHECK_FALSE(gate.wants_light(good));
+    gate.request_measurement();
+    CHECK(gate.wants_light(good));
+    CHECK(gate.reason() == GateReason::requested);
+    CHECK(gate.wants_light(good)); // until it comes
+    gate.measured();
+    CHECK_FALSE(gate.wants_light(good));
+    gate.set_policy({.mode = GateMode::off});
+    gate.request_measurement();
+    CHECK_FALSE(gate.wants_light(good));
+}
+
+TEST_CASE("no map gets older than allowed") {
+    const int latency = GENERATE(0, 2);
+    Gate gate = measured_gate({.longest_age_ms = 200}, latency);
+    const int lit = first_lit(gate, 100, [](int k) {
+        Estimate e = expecting(0.1);
+        e.age_frames = static_cast<std::uint32_t>(k);
+        e.age_ns = k * 33'000'000LL;
+        return e;
+    });
+    CHECK(gate.reason() == GateReason::age);
+    CHECK((lit - 1) * 33 <= 200);           // the last frame in the dark
+    CHECK((lit + latency) * 33 > 200);      // and no earlier than that needs
+    CHECK((lit + latency - 1) * 33 <= 200); // nor any frame until the measurement arrives
+}
+
+TEST_CASE("a TOF camera that cannot be lit costs the gate no budget and no latency") {
+    Gate gate = measured_gate({.duty_cycle_budget = 10});
+    for (int k = 0; k < 100; ++k)
+        REQUIRE_FALSE(gate.wants_light(bad, false));
+    CHECK(gate.wants_light(bad));
+    gate.measured();
+    CHECK(gate.wake_latency_frames() == 0);
+}
+
+TEST_CASE("the gate says why it lights") {
+    const GatePolicy policy{.target_mre = 1.2, .measurement_price = 0, .coverage_floor = 80};
+    Gate gate(policy);
+    gate.wants_light(bad);
+    CHECK(gate.reason() == GateReason::first);
+    const auto [estimate, reason] =
+        GENERATE(table<Estimate, GateReason>({{bad, GateReason::lost},
+                                              {expecting(1.3), GateReason::error},
+                                              {expecting(0.1, 70), GateReason::coverage},
+                                              {expecting(0.1), GateReason::none}}));
+    gate.measured();
+    CHECK(gate.wants_light(estimate) == (reason != GateReason::none));
+    CHECK(gate.reason() == reason);
 }

@@ -16,6 +16,7 @@ namespace {
 Config configured(bool run_without_readers = false) {
     Config config;
     config.daemon.run_without_readers = run_without_readers;
+    config.daemon.linger_s = 0;
     return config;
 }
 
@@ -44,7 +45,7 @@ struct Fixture {
     Outbox outbox{UniqueFd(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC))};
     Result<RingWriter> ring;
     CaptureSession session;
-    Orders orders = {GateMode::automatic, true, false};
+    Orders orders = {.run = true};
     CaptureSession::Time now = CaptureSession::Time(1h);
 };
 
@@ -81,6 +82,130 @@ TEST_CASE("the capture session runs the cameras from the first reader to the las
     CHECK(event->frame.index == 2);
     CHECK(event->frame.source == AFTERGLOW_MEASURED);
     CHECK(event->missed == 0);
+}
+
+TEST_CASE("the cameras go on for a while after the last reader has left") {
+    Config config = configured();
+    config.daemon.linger_s = 2;
+    Fixture fixture(config);
+    fixture.turn();
+    fixture.orders.run = false;
+    CHECK(fixture.turn(1s) == 0ns);
+    CHECK(fixture.cameras.color_running);
+    SECTION("and sleep when nobody comes") {
+        CHECK(fixture.turn(1s) == CaptureSession::for_ever);
+        CHECK_FALSE(fixture.cameras.color_running);
+        CHECK(fixture.state() == DaemonState::idle);
+    }
+    SECTION("and a reader that comes back finds them tracking") {
+        fixture.orders.run = true;
+        CHECK(fixture.turn() == 0ns);
+        fixture.orders.run = false;
+        CHECK(fixture.turn(1900ms) == 0ns);
+        CHECK(fixture.cameras.color_start_count == 1);
+        CHECK(fixture.last_event()->frame.source == AFTERGLOW_ESTIMATED);
+    }
+}
+
+TEST_CASE("readers that come and go do not buy light beyond the budget") {
+    Fixture fixture;
+    fixture.orders.policy.duty_cycle_budget = 2;
+    int lit = 0;
+    for (int visit = 0; visit < 400; ++visit) {
+        fixture.orders.run = true;
+        for (int frame = 0; frame < 2; ++frame) {
+            fixture.turn();
+            lit += fixture.last_event()->frame.emitter == AFTERGLOW_EMITTER_ON;
+        }
+        fixture.orders.run = false;
+        fixture.turn();
+        REQUIRE(fixture.state() == DaemonState::idle);
+    }
+    CHECK(lit >= 6);
+    CHECK(lit <= 800 * 2 / 100 + 6 + 1); // the budget, what may be saved up, and a wake
+}
+
+TEST_CASE("the ring says which measurement a frame rests on, and where the camera is") {
+    Fixture fixture;
+    fixture.turn();
+    const afterglow_frame first = fixture.last_event()->frame;
+    CHECK(first.measurement == 0);
+    CHECK(first.measurement_t_ns == first.t_ns);
+    CHECK(first.flags == (AFTERGLOW_FRAME_TRACKED | AFTERGLOW_FRAME_FIRST));
+    CHECK(first.emitter == AFTERGLOW_EMITTER_ON);
+    CHECK(first.world == 1);
+    CHECK(first.calibration == 1);
+    CHECK(first.fx == fixture.cameras.camera.fx);
+
+    fixture.turn();
+    const afterglow_frame second = fixture.last_event()->frame;
+    CHECK(second.measurement == 0);
+    CHECK(second.measurement_t_ns == first.t_ns);
+    CHECK(second.flags == AFTERGLOW_FRAME_TRACKED);
+    CHECK(second.emitter == AFTERGLOW_EMITTER_OFF);
+    CHECK(second.world == 1);
+
+    ++fixture.orders.measurements;
+    fixture.turn();
+    const auto requested = fixture.last_event();
+    CHECK(requested->reason == GateReason::requested);
+    CHECK(requested->frame.measurement == 1);
+    CHECK(requested->frame.tof_sequence > first.tof_sequence);
+    CHECK(requested->frame.world == 1);
+
+    fixture.orders.run = false;
+    fixture.turn();
+    fixture.orders.run = true;
+    fixture.turn();
+    const afterglow_frame woken = fixture.last_event()->frame;
+    CHECK(woken.measurement == 2);
+    CHECK(woken.world == 2);
+    CHECK((woken.flags & AFTERGLOW_FRAME_FIRST) != 0);
+}
+
+TEST_CASE("a frame without depth names no measurement") {
+    Fixture fixture;
+    fixture.orders.policy.mode = GateMode::off;
+    fixture.turn();
+    const afterglow_frame frame = fixture.last_event()->frame;
+    CHECK(frame.source == AFTERGLOW_NONE);
+    CHECK(frame.measurement == AFTERGLOW_NO_MEASUREMENT);
+    CHECK(frame.measurement_t_ns == 0);
+    CHECK(frame.world == 0);
+    CHECK((frame.flags & AFTERGLOW_FRAME_TRACKED) == 0);
+}
+
+TEST_CASE("another calibration takes effect without a pause") {
+    Fixture fixture;
+    fixture.turn();
+    fixture.orders.camera = fixture.cameras.camera;
+    fixture.turn();
+    CHECK(fixture.last_event()->frame.calibration == 1); // it is the same
+    fixture.orders.camera->fx += 1;
+    fixture.turn();
+    const auto event = fixture.last_event();
+    CHECK(event->frame.calibration == 2);
+    CHECK(event->frame.fx == fixture.orders.camera->fx);
+    CHECK(event->frame.source == AFTERGLOW_MEASURED); // depth of the camera before is no use
+    CHECK(event->missed == 0);
+    CHECK(fixture.cameras.color_start_count == 1);
+}
+
+TEST_CASE("both cameras can be lost at once, and each says why") {
+    Fixture fixture;
+    fixture.cameras.tof_starts = Error{"no TOF camera", 0};
+    fixture.turn();
+    CHECK(fixture.outbox.cameras() == CameraStates{CameraState::running, CameraState::lost});
+    fixture.cameras.read_color = [](ColorFrame &) { return Capture::lost; };
+    fixture.turn(10ms);
+    CHECK(fixture.outbox.cameras() == CameraStates{CameraState::lost, CameraState::lost});
+    Note note;
+    REQUIRE(fixture.outbox.next_note(note));
+    CHECK(note.lost == Camera::tof);
+    CHECK(note.sentence() == "no TOF camera");
+    REQUIRE(fixture.outbox.next_note(note));
+    CHECK(note.lost == Camera::color);
+    CHECK(note.sentence() == fixture.cameras.problem);
 }
 
 TEST_CASE("the capture session charges CPU time while the cameras run, not while they sleep") {
@@ -140,7 +265,7 @@ TEST_CASE("the capture session counts depth maps of zeros and keeps the light on
     const auto event = fixture.last_event();
     REQUIRE(event);
     CHECK(event->frame.source == AFTERGLOW_NONE);
-    CHECK(event->frame.illuminated == 1);
+    CHECK(event->frame.emitter == AFTERGLOW_EMITTER_ON);
     CHECK(fixture.state() == DaemonState::running);
     CHECK(fixture.cameras.lit);
 }
@@ -202,7 +327,7 @@ TEST_CASE("the capture session publishes images while the TOF camera is lost") {
     fixture.turn();
     const auto read = fixture.cameras.read_tof;
     fixture.cameras.read_tof = [](DepthFrame &) { return Capture::lost; };
-    fixture.orders.mode = GateMode::always_on;
+    fixture.orders.policy.mode = GateMode::always_on;
     CHECK(fixture.turn() == 0ns);
     CHECK(fixture.state() == DaemonState::tof_lost);
     CHECK_FALSE(fixture.cameras.lit);
@@ -211,7 +336,7 @@ TEST_CASE("the capture session publishes images while the TOF camera is lost") {
 
     fixture.turn(10ms); // too early to try again
     CHECK(fixture.cameras.tof_start_count == 1);
-    CHECK(fixture.last_event()->frame.illuminated == 0);
+    CHECK(fixture.last_event()->frame.emitter == AFTERGLOW_EMITTER_OFF);
 
     fixture.turn(240ms); // starts, and is lost again
     CHECK(fixture.cameras.tof_start_count == 2);
@@ -268,7 +393,8 @@ TEST_CASE("the capture session stops the cameras and the light when destroyed") 
         Outbox outbox{UniqueFd(::eventfd(0, EFD_NONBLOCK))};
         Result<RingWriter> ring = RingWriter::create(cameras.camera, 2);
         CaptureSession session(rig, configured(), pool, *ring, outbox);
-        session.turn({GateMode::always_on, true, false}, CaptureSession::Time(1h));
+        session.turn({.policy = {.mode = GateMode::always_on}, .run = true},
+                     CaptureSession::Time(1h));
         REQUIRE(cameras.lit);
     }
     CHECK_FALSE(cameras.lit);

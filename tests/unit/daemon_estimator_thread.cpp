@@ -58,7 +58,7 @@ TEST_CASE("the estimator thread applies the last of many mode changes", "[tsan]"
     auto thread = EstimatorThread::create(cameras.rig(), Config{});
     REQUIRE(thread);
     for (int change = 0; change < 10'000; ++change)
-        (*thread)->set_mode(change % 2 == 0 ? GateMode::off : GateMode::always_on);
+        (*thread)->set_policy({.mode = change % 2 == 0 ? GateMode::off : GateMode::always_on});
     (*thread)->set_wanted(true);
     FrameEvent event;
     for (int frame = 0; frame < 10; ++frame) {
@@ -70,7 +70,7 @@ TEST_CASE("the estimator thread applies the last of many mode changes", "[tsan]"
 TEST_CASE("neither estimator thread nor worker pool allocates while frames flow") {
     FakeCameras cameras;
     Config config;
-    config.gate = {GateMode::interval, 3};
+    config.gate = {.mode = GateMode::interval, .interval_frames = 3};
     config.daemon.workers = 3;
     std::atomic<std::uint64_t> reads = 0;
     std::atomic<std::uint64_t> early = 0;
