@@ -14,10 +14,11 @@ std::chrono::nanoseconds BackOff::next() {
 }
 
 CaptureSession::CaptureSession(Rig &rig, const Config &config, WorkerPool &pool, RingWriter &ring,
-                               Outbox &outbox)
+                               const StreamNotifier &streams, Outbox &outbox)
     : run_without_readers_(config.daemon.run_without_readers),
       linger_(static_cast<std::int64_t>(1e9 * config.daemon.linger_s)), ring_(ring),
-      outbox_(outbox), loop_(rig, pipeline_factory(config.estimator, pool), config.gate) {}
+      streams_(streams), outbox_(outbox),
+      loop_(rig, pipeline_factory(config.estimator, pool), config.gate) {}
 
 CaptureSession::~CaptureSession() {
     loop_.stop();
@@ -167,9 +168,12 @@ void CaptureSession::publish(const FrameResult &result) {
     const Estimate &estimate = result.estimate;
     const Intrinsics &camera = loop_.camera();
     afterglow_frame frame = {};
-    frame.flags = (estimate.tracked ? AFTERGLOW_FRAME_TRACKED : 0U) |
-                  (first_ ? AFTERGLOW_FRAME_FIRST : 0U) |
-                  (result.budget_spent ? AFTERGLOW_FRAME_BUDGET_SPENT : 0U);
+    if (estimate.tracked)
+        frame.flags |= AFTERGLOW_FRAME_TRACKED;
+    if (first_)
+        frame.flags |= AFTERGLOW_FRAME_FIRST;
+    if (result.budget_spent)
+        frame.flags |= AFTERGLOW_FRAME_BUDGET_SPENT;
     frame.sequence = result.sequence;
     frame.t_ns = result.t_ns;
     frame.emitter = result.lit ? AFTERGLOW_EMITTER_ON : AFTERGLOW_EMITTER_OFF;
@@ -195,6 +199,7 @@ void CaptureSession::publish(const FrameResult &result) {
     if (result.wake_latency)
         event.wake_latency_ns = result.wake_latency->count();
     outbox_.frame(event);
+    streams_.frame_published(); // wakes the main thread as well
 }
 
 void CaptureSession::watch_tof(const FrameResult &result, Time now) {

@@ -5,6 +5,7 @@
 #include "config/config.hpp"
 #include "daemon/outbox.hpp"
 #include "ipc/ring_writer.hpp"
+#include "ipc/stream_notifier.hpp"
 
 #include <chrono>
 #include <cstdint>
@@ -61,7 +62,7 @@ public:
     static constexpr int tof_stall_frames = 120;
 
     CaptureSession(Rig &rig, const Config &config, WorkerPool &pool, RingWriter &ring,
-                   Outbox &outbox);
+                   const StreamNotifier &streams, Outbox &outbox);
     ~CaptureSession();
     CaptureSession(const CaptureSession &) = delete;
     CaptureSession &operator=(const CaptureSession &) = delete;
@@ -88,6 +89,7 @@ private:
     const bool run_without_readers_;
     const std::chrono::nanoseconds linger_;
     RingWriter &ring_;
+    const StreamNotifier &streams_;
     Outbox &outbox_;
     FrameLoop loop_;
 

@@ -69,7 +69,8 @@ public:
 
     void set_mode(GateMode mode) override {
         log(Priority::info, fmt::format("mode {}", to_string(mode)));
-        thread_->set_mode(mode);
+        policy_.mode = mode;
+        thread_->set_policy(policy_);
     }
     void set_claims(int open_streams) override {
         open_streams_ = open_streams;
@@ -80,18 +81,21 @@ public:
 private:
     Status watch();
     void empty_outbox();
+    void update_streams();
     void show_state();
     void leave_if_over();
     void feed_watchdog();
 
     static int on_signal(sd_event_source *source, const signalfd_siginfo *signal, void *daemon);
     static int on_wake(sd_event_source *source, int fd, std::uint32_t events, void *daemon);
+    static int on_streams(sd_event_source *source, int fd, std::uint32_t events, void *daemon);
     static int on_watchdog(sd_event_source *source, std::uint64_t time_us, void *daemon);
 
     Event event_;
     std::unique_ptr<EstimatorThread> thread_;
     std::unique_ptr<DepthService> service_; // shows the thread's ring: leaves before it
     const bool exit_at_end_;
+    GatePolicy policy_;
     int open_streams_ = 0;
     DaemonState shown_ = DaemonState::starting;
     NoteLog notes_;
@@ -100,11 +104,12 @@ private:
 };
 
 Status Daemon::run(const Config &config) {
+    policy_ = config.gate;
     if (Status watched = watch(); !watched)
         return watched;
     Result<std::unique_ptr<DepthService>> service =
-        DepthService::create(event_.get(), bus_named(config.daemon.bus), thread_->ring().fd(),
-                             thread_->ring().header(), config.gate.mode, config.power, *this);
+        DepthService::create(event_.get(), bus_named(config.daemon.bus), thread_->streams(),
+                             config.gate.mode, config.power, *this);
     if (!service)
         return service.error();
     service_ = std::move(*service);
@@ -132,6 +137,10 @@ Status Daemon::watch() {
                                             EPOLLIN, &Daemon::on_wake, this);
         error < 0)
         return failed_to("listen to the estimator thread", error);
+    if (const int error = ::sd_event_add_io(event_.get(), nullptr, thread_->streams().event_fd(),
+                                            EPOLLIN, &Daemon::on_streams, this);
+        error < 0)
+        return failed_to("listen to the streams", error);
     std::uint64_t timeout_us = 0;
     if (::sd_watchdog_enabled(0, &timeout_us) > 0) {
         watchdog_period_us_ = timeout_us / 4;
@@ -155,9 +164,25 @@ int Daemon::on_wake(sd_event_source * /*source*/, int /*fd*/, std::uint32_t /*ev
     return 0;
 }
 
+int Daemon::on_streams(sd_event_source * /*source*/, int /*fd*/, std::uint32_t /*events*/,
+                       void *daemon) {
+    static_cast<Daemon *>(daemon)->update_streams();
+    return 0;
+}
+
 int Daemon::on_watchdog(sd_event_source * /*source*/, std::uint64_t /*time_us*/, void *daemon) {
     static_cast<Daemon *>(daemon)->feed_watchdog();
     return 0;
+}
+
+/// After each frame, and when a stream has ended.
+void Daemon::update_streams() {
+    StreamNotifier &streams = thread_->streams();
+    if (const Status renewed = streams.update(); !renewed)
+        log(Priority::warning, renewed.error().message);
+    if (streams.count() != open_streams_)
+        set_claims(streams.count());
+    empty_outbox();
 }
 
 void Daemon::empty_outbox() {

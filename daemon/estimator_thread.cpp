@@ -34,21 +34,27 @@ void wait_for(int fd, std::chrono::nanoseconds time) {
 } // namespace
 
 Result<std::unique_ptr<EstimatorThread>> EstimatorThread::create(Rig rig, const Config &config) {
-    Result<RingWriter> ring = RingWriter::create(rig.color->intrinsics(), config.daemon.ring_slots);
+    Result<std::unique_ptr<RingWriter>> ring =
+        RingWriter::create(rig.color->intrinsics(), config.daemon.ring_slots);
     if (!ring)
         return ring.error();
+    Result<std::unique_ptr<StreamNotifier>> streams = StreamNotifier::create(**ring);
+    if (!streams)
+        return streams.error();
     UniqueFd wake = make_eventfd();
     UniqueFd orders = make_eventfd();
     if (!wake || !orders)
         return Error{fmt::format("no eventfd: {}", std::strerror(errno)), errno};
-    return std::unique_ptr<EstimatorThread>(new EstimatorThread(
-        std::move(rig), config, std::move(*ring), std::move(wake), std::move(orders)));
+    return std::unique_ptr<EstimatorThread>(
+        new EstimatorThread(std::move(rig), config, std::move(*ring), std::move(*streams),
+                            std::move(wake), std::move(orders)));
 }
 
-EstimatorThread::EstimatorThread(Rig rig, const Config &config, RingWriter ring, UniqueFd wake,
+EstimatorThread::EstimatorThread(Rig rig, const Config &config, std::unique_ptr<RingWriter> ring,
+                                 std::unique_ptr<StreamNotifier> streams, UniqueFd wake,
                                  UniqueFd orders)
-    : rig_(std::move(rig)), config_(config), ring_(std::move(ring)), outbox_(std::move(wake)),
-      order_fd_(std::move(orders)), orders_({.policy = config.gate}) {
+    : rig_(std::move(rig)), config_(config), ring_(std::move(ring)), streams_(std::move(streams)),
+      outbox_(std::move(wake)), order_fd_(std::move(orders)), orders_({.policy = config.gate}) {
     given_.policy = config.gate;
     thread_ = std::thread([this] { run(); });
 }
@@ -108,7 +114,7 @@ void EstimatorThread::capture() {
             outbox_.note(Priority::warning, status.error().message);
     }
     WorkerPool pool(config_.daemon.workers);
-    CaptureSession session(rig_, config_, pool, ring_, outbox_);
+    CaptureSession session(rig_, config_, pool, *ring_, *streams_, outbox_);
     while (true) {
         const Orders &orders = orders_.get();
         if (orders.stop)

@@ -8,6 +8,7 @@
 #include "daemon/outbox.hpp"
 #include "drivers/source.hpp"
 #include "ipc/ring_writer.hpp"
+#include "ipc/stream_notifier.hpp"
 #include "ipc/unique_fd.hpp"
 
 #include <atomic>
@@ -44,7 +45,7 @@ public:
     void set_wanted(bool wanted);
 
     Outbox &outbox() { return outbox_; }
-    const RingWriter &ring() const { return ring_; }
+    StreamNotifier &streams() { return *streams_; }
     /// The thread has ended because of an exception, whose text is a note in the outbox.
     bool failed() const { return failed_.load(std::memory_order_acquire); }
 
@@ -53,7 +54,8 @@ public:
     bool alive();
 
 private:
-    EstimatorThread(Rig rig, const Config &config, RingWriter ring, UniqueFd wake, UniqueFd orders);
+    EstimatorThread(Rig rig, const Config &config, std::unique_ptr<RingWriter> ring,
+                    std::unique_ptr<StreamNotifier> streams, UniqueFd wake, UniqueFd orders);
 
     void give();
     void run() noexcept;
@@ -61,7 +63,8 @@ private:
 
     Rig rig_;
     const Config config_;
-    RingWriter ring_;
+    std::unique_ptr<RingWriter> ring_;
+    std::unique_ptr<StreamNotifier> streams_;
     Outbox outbox_;
     UniqueFd order_fd_;
     Mailbox<Orders> orders_;

@@ -18,7 +18,6 @@ Note Note::of(Priority priority, std::string_view sentence) {
 
 void Outbox::frame(const FrameEvent &event) {
     frames_.push(event);
-    wake();
 }
 
 void Outbox::note(Priority priority, std::string_view sentence) {

@@ -36,6 +36,7 @@ public:
     explicit Outbox(UniqueFd wake) : wake_(std::move(wake)) {}
 
     // The estimator thread's side.
+    /// Wakes nobody: StreamNotifier::frame_published() does.
     void frame(const FrameEvent &event);
     void note(Priority priority, std::string_view sentence);
     /// `camera` is lost, and why.

@@ -1,88 +1,40 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ipc/ring_writer.hpp"
 
-#include "ipc/seqlock.hpp"
-
-#include <climits>
 #include <fmt/format.h>
-#include <linux/futex.h>
-#include <sys/mman.h>
 #include <sys/random.h>
-#include <sys/syscall.h>
 
-#include <bit>
+#include <algorithm>
 #include <cassert>
 #include <cerrno>
 #include <cmath>
-#include <cstddef>
 #include <cstring>
 #include <ctime>
-#include <fcntl.h>
+#include <utility>
 
 namespace afterglow {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "the ring is little-endian");
-static_assert(sizeof(afterglow_plane) == 24 && sizeof(afterglow_frame) == 112 &&
-              sizeof(afterglow_slot_header) == 120 && sizeof(afterglow_ring_header) == 384 &&
-              offsetof(afterglow_ring_header, writer_state) == 320);
+constexpr PlaneFormat depth_planes[] = {
+    {AFTERGLOW_PLANE_DEPTH, AFTERGLOW_FORMAT_Z16, sizeof(std::uint16_t), 0.001},
+    {AFTERGLOW_PLANE_CONFIDENCE, AFTERGLOW_FORMAT_GREY, sizeof(std::uint8_t), confidence_step},
+};
+constexpr PlaneFormat image_planes[] = {
+    {AFTERGLOW_PLANE_LUMA, AFTERGLOW_FORMAT_GREY, sizeof(std::uint8_t), 0},
+};
 
-constexpr std::uint64_t aligned(std::uint64_t bytes, std::uint64_t to) {
-    return (bytes + to - 1) / to * to;
+bool is_camera(const Intrinsics &camera) {
+    const auto good_length = [](double f) { return std::isfinite(f) && f > 0; };
+    return camera.width >= 1 && camera.height >= 1 && camera.width <= RingWriter::max_side &&
+           camera.height <= RingWriter::max_side && good_length(camera.fx) &&
+           good_length(camera.fy) && std::isfinite(camera.cx) && std::isfinite(camera.cy);
 }
 
-Error system_error(const char *what) {
-    const int code = errno;
-    return {fmt::format("cannot {} the frame ring: {}", what, std::strerror(code)), code};
-}
-
-/// Everything of the header that follows from the camera and the number of slots.
-afterglow_ring_header describe(const Intrinsics &camera, int slots) {
-    afterglow_ring_header header{};
-    header.magic = AFTERGLOW_RING_MAGIC;
-    header.major = AFTERGLOW_RING_MAJOR;
-    header.minor = AFTERGLOW_RING_MINOR;
-    header.header_size = sizeof header;
-    header.slot_count = static_cast<std::uint32_t>(slots);
-    header.slot_header_size = sizeof(afterglow_slot_header);
-    header.fx = camera.fx;
-    header.fy = camera.fy;
-    header.cx = camera.cx;
-    header.cy = camera.cy;
-    header.writer_state = AFTERGLOW_WRITER_RUNNING;
-
-    std::uint64_t offset = sizeof(afterglow_slot_header);
-    const auto add_plane = [&](afterglow_plane_kind kind, std::uint32_t pixel_bytes) {
-        afterglow_plane &plane = header.planes[header.plane_count++];
-        plane.kind = kind;
-        plane.width = static_cast<std::uint32_t>(camera.width);
-        plane.height = static_cast<std::uint32_t>(camera.height);
-        plane.stride_bytes =
-            static_cast<std::uint32_t>(aligned(std::uint64_t{plane.width} * pixel_bytes, 8));
-        plane.offset = aligned(offset, 64);
-        offset = plane.offset + std::uint64_t{plane.stride_bytes} * plane.height;
-    };
-    add_plane(AFTERGLOW_PLANE_DEPTH, sizeof(std::uint16_t));
-    add_plane(AFTERGLOW_PLANE_CONFIDENCE, sizeof(std::uint8_t));
-    add_plane(AFTERGLOW_PLANE_LUMA, sizeof(std::uint8_t));
-    header.slot_stride = aligned(offset, 64);
-    return header;
-}
-
-template <class T>
-void store_plane(unsigned char *slot, const afterglow_plane &plane, ImageView<const T> image) {
-    assert(image.width() == static_cast<int>(plane.width));
-    assert(image.height() == static_cast<int>(plane.height));
-    unsigned char *row = slot + plane.offset;
-    for (int v = 0; v < image.height(); ++v, row += plane.stride_bytes)
-        seqlock::store(row, image.row(v), plane.width * sizeof(T));
-}
-
-void store_pose(float (&to)[12], const Pose &pose) {
+void store_pose(double (&to)[12], const Pose &pose) {
     for (int row = 0; row < 3; ++row) {
         for (int column = 0; column < 3; ++column)
-            to[4 * row + column] = static_cast<float>(pose.R(row, column));
-        to[4 * row + 3] = static_cast<float>(pose.T(row));
+            to[4 * row + column] = pose.R(row, column);
+        to[4 * row + 3] = pose.T(row);
     }
 }
 
@@ -92,96 +44,171 @@ std::int64_t now_ns() {
     return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
 }
 
-/// Lets readers in afterglow_wait() look again.
-void wake(afterglow_ring_header &header) {
-    __atomic_add_fetch(&header.futex, 1, __ATOMIC_RELEASE);
-    ::syscall(SYS_futex, &header.futex, FUTEX_WAKE, INT_MAX, nullptr, nullptr, 0);
-}
-
 } // namespace
 
-Result<RingWriter> RingWriter::create(const Intrinsics &camera, int slots) {
-    const auto good_length = [](double f) { return std::isfinite(f) && f > 0; };
-    if (camera.width < 1 || camera.height < 1 || camera.width > max_side ||
-        camera.height > max_side || !good_length(camera.fx) || !good_length(camera.fy) ||
-        !std::isfinite(camera.cx) || !std::isfinite(camera.cy))
+Result<std::unique_ptr<RingWriter>> RingWriter::create(const Intrinsics &camera, int slots) {
+    if (!is_camera(camera))
         return Error{fmt::format("cannot publish frames of a {} x {} camera with focal lengths "
                                  "{}, {} and principal point {}, {}",
                                  camera.width, camera.height, camera.fx, camera.fy, camera.cx,
                                  camera.cy),
                      EINVAL};
-    assert(slots >= 2 && slots <= 1024);
-    afterglow_ring_header description = describe(camera, slots);
-    const std::uint64_t bytes =
-        description.header_size + description.slot_count * description.slot_stride;
-    if (bytes > std::uint64_t{PTRDIFF_MAX})
-        return Error{"cannot map a frame ring of that size on this machine", ENOMEM};
-    if (::getrandom(&description.generation, sizeof description.generation, 0) !=
-        sizeof description.generation)
-        return system_error("draw an identity for");
-
-    UniqueFd fd(::memfd_create("afterglow", MFD_CLOEXEC | MFD_ALLOW_SEALING));
-    if (!fd)
-        return system_error("create");
-    // Reserved and not only sized: running out of memory is an error here, or a SIGBUS later.
-    if (::fallocate(fd.get(), 0, 0, static_cast<off_t>(bytes)) < 0)
-        return system_error("find memory for");
-    void *memory =
-        ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_POPULATE, fd.get(), 0);
-    if (memory == MAP_FAILED)
-        return system_error("map");
-    auto *header = new (memory) afterglow_ring_header(description);
-    RingWriter writer(std::move(fd), header, bytes);
-    // The only writable mapping there will ever be exists now.
-    if (::fcntl(writer.fd(), F_ADD_SEALS,
-                F_SEAL_GROW | F_SEAL_SHRINK | F_SEAL_FUTURE_WRITE | F_SEAL_SEAL) < 0)
-        return system_error("seal");
-    // The seals suffice; a read-only descriptor says the same to those who look at it. Without
-    // /proc there is none.
-    UniqueFd read_only(
-        ::open(fmt::format("/proc/self/fd/{}", writer.fd()).c_str(), O_RDONLY | O_CLOEXEC));
-    if (read_only)
-        writer.fd_ = std::move(read_only);
+    std::uint64_t generation = 0;
+    if (::getrandom(&generation, sizeof generation, 0) != sizeof generation)
+        return Error{
+            fmt::format("cannot draw an identity for the frame ring: {}", std::strerror(errno)),
+            errno};
+    std::unique_ptr<RingWriter> writer(
+        new RingWriter(camera.width, camera.height, slots, generation));
+    Result<std::unique_ptr<Pair>> first = writer->make_pair(0);
+    if (!first)
+        return first.error();
+    writer->pair_ = first->get();
+    writer->pair_->depth.begin_at(0);
+    writer->pair_->images.begin_at(0);
+    writer->offered_ = writer->pair_;
+    writer->in_use_ = writer->pair_;
+    writer->pairs_.push_back(std::move(*first));
     return writer;
 }
 
-RingWriter::RingWriter(RingWriter &&other) noexcept
-    : fd_(std::move(other.fd_)), header_(std::exchange(other.header_, nullptr)),
-      bytes_(other.bytes_) {}
+RingWriter::RingWriter(int width, int height, int slots, std::uint64_t generation)
+    : width_(width), height_(height), slots_(slots), generation_(generation) {}
 
 RingWriter::~RingWriter() {
-    if (header_ == nullptr)
-        return;
-    __atomic_store_n(&header_->writer_state, AFTERGLOW_WRITER_CLOSED, __ATOMIC_RELEASE);
-    wake(*header_);
-    ::munmap(header_, bytes_);
+    for (const std::unique_ptr<Pair> &pair : pairs_)
+        if (!pair->retired) {
+            pair->depth.set_state(AFTERGLOW_WRITER_CLOSED);
+            pair->images.set_state(AFTERGLOW_WRITER_CLOSED);
+        }
+}
+
+Result<std::unique_ptr<RingWriter::Pair>> RingWriter::make_pair(std::uint64_t renewal) const {
+    Result<RingMemory> depth =
+        RingMemory::create(width_, height_, depth_planes, slots_, generation_);
+    if (!depth)
+        return depth.error();
+    Result<RingMemory> images =
+        RingMemory::create(width_, height_, image_planes, slots_, generation_);
+    if (!images)
+        return images.error();
+    return std::unique_ptr<Pair>(new Pair{std::move(*depth), std::move(*images), renewal});
+}
+
+void RingWriter::switch_to(Pair &pair) {
+    Pair &old = *std::exchange(pair_, &pair);
+    const std::uint64_t index = head_.load(std::memory_order_relaxed);
+    pair.depth.begin_at(index);
+    pair.images.begin_at(index);
+    images_written_ = true; // there is no gap in it
+    old.depth.set_state(AFTERGLOW_WRITER_REPLACED);
+    old.images.set_state(AFTERGLOW_WRITER_REPLACED);
+    in_use_.store(&pair, std::memory_order_release); // the old one may go from here on
 }
 
 afterglow_frame RingWriter::publish(const Estimate &estimate, LumaView luma,
                                     afterglow_frame frame) {
-    frame.index = header_->head;
+    if (Pair *offered = offered_.load(std::memory_order_acquire); offered != pair_)
+        switch_to(*offered);
+    RingMemory &depth = pair_->depth;
+    RingMemory &images = pair_->images;
+    const bool with_image = images_wanted_.load(std::memory_order_acquire);
+
+    frame.size = sizeof frame;
+    frame.index = head_.load(std::memory_order_relaxed);
     frame.age_ns = estimate.age_ns;
     frame.age_frames = estimate.age_frames;
     frame.source = static_cast<std::uint32_t>(estimate.source);
     frame.inliers = static_cast<std::uint32_t>(estimate.inliers);
     frame.expected_mre = estimate.expected_mre;
     frame.coverage = estimate.coverage;
-    store_pose(frame.pose, estimate.pose);
+    frame.world = estimate.world;
+    store_pose(frame.world_from_camera, estimate.world_from_camera);
+    store_pose(frame.camera_from_measurement, estimate.pose);
 
-    unsigned char *const bytes = reinterpret_cast<unsigned char *>(header_) + header_->header_size +
-                                 frame.index % header_->slot_count * header_->slot_stride;
-    auto &slot = *reinterpret_cast<afterglow_slot_header *>(bytes);
-    seqlock::begin_write(slot.sequence, frame.index);
-    store_plane(bytes, header_->planes[0], estimate.depth);
-    store_plane(bytes, header_->planes[1], estimate.confidence);
-    store_plane(bytes, header_->planes[2], luma);
+    depth.begin_frame(frame.index);
+    depth.store_plane(frame.index, 0, estimate.depth);
+    depth.store_plane(frame.index, 1, estimate.confidence);
+    if (with_image) {
+        if (!images_written_)
+            images.begin_at(frame.index);
+        images.begin_frame(frame.index);
+        images.store_plane(frame.index, 0, luma);
+    }
+    images_written_ = with_image;
     frame.published_ns = now_ns();
-    seqlock::store(&slot.frame, &frame, sizeof frame);
-    seqlock::end_write(slot.sequence, frame.index);
-
-    __atomic_store_n(&header_->head, frame.index + 1, __ATOMIC_RELEASE);
-    wake(*header_);
+    depth.end_frame(frame);
+    if (with_image)
+        images.end_frame(frame);
+    head_.store(frame.index + 1, std::memory_order_release);
     return frame;
+}
+
+void RingWriter::clear() {
+    pair_->depth.clear();
+    pair_->images.clear();
+}
+
+Result<ReaderFds> RingWriter::reader_fds(bool images) const {
+    const std::lock_guard lock(mutex_);
+    const Pair &newest = *pairs_.back();
+    Result<UniqueFd> depth_fd = newest.depth.reader_fd();
+    if (!depth_fd)
+        return depth_fd.error();
+    ReaderFds fds{std::move(*depth_fd), {}, newest.renewal};
+    if (images) {
+        Result<UniqueFd> image_fd = newest.images.reader_fd();
+        if (!image_fd)
+            return image_fd.error();
+        fds.images = std::move(*image_fd);
+    }
+    return fds;
+}
+
+Status RingWriter::renew(bool forced) {
+    {
+        const std::lock_guard lock(mutex_);
+        collect_locked();
+        if (pairs_.size() > most_pairs_held && !forced)
+            return Error{fmt::format("readers keep {} replaced frame rings", pairs_.size() - 1),
+                         EBUSY};
+    }
+    // Takes milliseconds: nobody is to wait for it.
+    Result<std::unique_ptr<Pair>> pair = make_pair(renewals() + 1);
+    if (!pair)
+        return pair.error();
+    const std::lock_guard lock(mutex_);
+    pairs_.push_back(std::move(*pair));
+    offered_.store(pairs_.back().get(), std::memory_order_release);
+    renewals_.store(pairs_.back()->renewal, std::memory_order_release);
+    return ok();
+}
+
+void RingWriter::collect() {
+    const std::lock_guard lock(mutex_);
+    collect_locked();
+}
+
+void RingWriter::collect_locked() {
+    const Pair &in_use = *in_use_.load(std::memory_order_acquire);
+    std::erase_if(pairs_, [&](const std::unique_ptr<Pair> &pair) {
+        if (pair->renewal >= in_use.renewal)
+            return false;
+        if (!pair->retired) {
+            // One that never came into use does not say so yet.
+            pair->depth.set_state(AFTERGLOW_WRITER_REPLACED);
+            pair->images.set_state(AFTERGLOW_WRITER_REPLACED);
+            pair->depth.unmap();
+            pair->images.unmap();
+            pair->retired = true;
+        }
+        return !pair->depth.held_by_others() && !pair->images.held_by_others();
+    });
+}
+
+std::size_t RingWriter::pairs() const {
+    const std::lock_guard lock(mutex_);
+    return pairs_.size();
 }
 
 } // namespace afterglow

@@ -69,6 +69,15 @@ inline void store(void *to, const void *from, std::size_t bytes) {
     }
 }
 
+/// Empties a slot of `bytes`, a multiple of 8, that begins with its sequence.
+inline void clear(std::uint64_t &sequence, std::size_t bytes) {
+    __atomic_store_n(&sequence, 0, __ATOMIC_RELAXED);
+    __atomic_thread_fence(__ATOMIC_RELEASE);
+    auto *word = reinterpret_cast<Word *>(&sequence);
+    for (Word *const end = word + bytes / sizeof(Word); word != end; ++word)
+        __atomic_store_n(word, 0, __ATOMIC_RELAXED);
+}
+
 /// Copies out of the shared memory. `from` is aligned to 8 bytes, and readable up to a multiple of
 /// 8 bytes.
 inline void load(void *to, const void *from, std::size_t bytes) {

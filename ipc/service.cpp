@@ -3,7 +3,7 @@
 
 #include "ipc/bus.hpp"
 #include "ipc/statistics.hpp"
-#include "ipc/stream_sockets.hpp"
+#include "ipc/stream_notifier.hpp"
 
 #include <fmt/format.h>
 
@@ -54,20 +54,27 @@ int sender_of(sd_bus_message *call, uid_t &user) {
     return error;
 }
 
-/// Refuses every option: none exists yet, and one that is misunderstood must not be ignored.
-int read_options(sd_bus_message *call, sd_bus_error *error) {
+/// Refuses unknown options: one that is misunderstood must not be ignored.
+int read_options(sd_bus_message *call, bool &images, sd_bus_error *error) {
     if (const int opened = sd_bus_message_enter_container(call, 'a', "{sv}"); opened < 0)
         return opened;
-    const int entries = sd_bus_message_enter_container(call, 'e', "sv");
-    if (entries < 0)
-        return entries;
-    if (entries == 0)
-        return sd_bus_message_exit_container(call);
-    const char *option = nullptr;
-    if (const int read = sd_bus_message_read(call, "s", &option); read < 0)
-        return read;
-    return sd_bus_error_setf(error, SD_BUS_ERROR_INVALID_ARGS, "OpenStream has no option '%s'.",
-                             option);
+    int entries = 0;
+    while ((entries = sd_bus_message_enter_container(call, 'e', "sv")) > 0) {
+        const char *option = nullptr;
+        int value = 0;
+        if (const int read = sd_bus_message_read(call, "s", &option); read < 0)
+            return read;
+        if (std::strcmp(option, "images") != 0)
+            return sd_bus_error_setf(error, SD_BUS_ERROR_INVALID_ARGS,
+                                     "OpenStream has no option '%s'.", option);
+        if (sd_bus_message_read(call, "v", "b", &value) < 0)
+            return sd_bus_error_setf(error, SD_BUS_ERROR_INVALID_ARGS,
+                                     "OpenStream's option 'images' is a boolean.");
+        images = value != 0;
+        if (const int left = sd_bus_message_exit_container(call); left < 0)
+            return left;
+    }
+    return entries < 0 ? entries : sd_bus_message_exit_container(call);
 }
 
 /// "auto, always-on, interval, off".
@@ -97,10 +104,9 @@ int append(sd_bus_message *reply, std::string_view value) {
 } // namespace
 
 struct DepthService::State {
-    State(sd_event *event, int memfd, const afterglow_ring_header &header, GateMode gate_mode,
-          const PowerModel &power, ServiceControl &service_control)
-        : streams(event, [this](int open) { control.set_claims(open); }), statistics(power),
-          ring_fd(memfd), ring(header), mode(gate_mode), control(service_control) {}
+    State(StreamNotifier &open_streams, GateMode gate_mode, const PowerModel &power,
+          ServiceControl &service_control)
+        : streams(open_streams), statistics(power), mode(gate_mode), control(service_control) {}
 
     int open_stream(sd_bus_message *call, sd_bus_error *error);
     int reset_statistics(sd_bus_message *call);
@@ -108,15 +114,13 @@ struct DepthService::State {
     void changed(const char *property);
     std::string_view mode_name() const { return to_string(mode); }
     std::string_view state_name() const { return to_string(daemon_state); }
-    std::uint32_t open_streams() const { return static_cast<std::uint32_t>(streams.count()); }
+    std::uint32_t stream_count() const { return static_cast<std::uint32_t>(streams.count()); }
     std::string_view version() const { return AFTERGLOW_VERSION; }
     static const sd_bus_vtable vtable[];
 
     Bus bus;
-    StreamSockets streams;
+    StreamNotifier &streams;
     Statistics statistics;
-    int ring_fd;
-    const afterglow_ring_header &ring;
     DaemonState daemon_state = DaemonState::starting;
     GateMode mode;
     ServiceControl &control;
@@ -142,8 +146,7 @@ private:
 const sd_bus_vtable DepthService::State::vtable[] = {
     SD_BUS_VTABLE_START(0),
     SD_BUS_METHOD_WITH_NAMES(
-        "OpenStream", "a{sv}", SD_BUS_PARAM(options), "hha{sv}",
-        SD_BUS_PARAM(memfd) SD_BUS_PARAM(socket) SD_BUS_PARAM(layout),
+        "OpenStream", "a{sv}", SD_BUS_PARAM(options), "h", SD_BUS_PARAM(stream),
         [](sd_bus_message *call, void *state, sd_bus_error *error) {
             return static_cast<State *>(state)->open_stream(call, error);
         },
@@ -177,32 +180,26 @@ const sd_bus_vtable DepthService::State::vtable[] = {
     SD_BUS_PROPERTY("PairingErrorP50", "t", get_statistic<&Statistics::pairing_error_p50>, 0, 0),
     SD_BUS_PROPERTY("PairingErrorP99", "t", get_statistic<&Statistics::pairing_error_p99>, 0, 0),
     SD_BUS_PROPERTY("WakeLatency", "t", get_statistic<&Statistics::wake_latency_p50>, 0, 0),
-    SD_BUS_PROPERTY("OpenStreams", "u", get<&State::open_streams>, 0, 0),
+    SD_BUS_PROPERTY("OpenStreams", "u", get<&State::stream_count>, 0, 0),
     SD_BUS_PROPERTY("Version", "s", get<&State::version>, 0, SD_BUS_VTABLE_PROPERTY_CONST),
     SD_BUS_VTABLE_END,
 };
 
 int DepthService::State::open_stream(sd_bus_message *call, sd_bus_error *error) {
-    if (const int refused = read_options(call, error); refused < 0)
+    bool images = false;
+    if (const int refused = read_options(call, images, error); refused < 0)
         return refused;
     uid_t user = 0;
     if (const int unknown = sender_of(call, user); unknown < 0)
         return unknown;
-    const Result<UniqueFd> socket = streams.open(user);
+    const Result<UniqueFd> socket = streams.open(user, images);
     if (!socket)
         return sd_bus_error_setf(error,
                                  socket.error().code == EDQUOT ? SD_BUS_ERROR_LIMITS_EXCEEDED
                                                                : SD_BUS_ERROR_FAILED,
                                  "%s", socket.error().message.c_str());
-    const afterglow_plane &depth = ring.planes[0];
-    return sd_bus_reply_method_return(call, "hha{sv}", ring_fd, socket->get(), 6, //
-                                      "major", "u", ring.major,                   //
-                                      "minor", "u", ring.minor,                   //
-                                      "generation", "t", ring.generation,         //
-                                      "width", "u", depth.width,                  //
-                                      "height", "u", depth.height,                //
-                                      "bytes", "t",
-                                      ring.header_size + ring.slot_count * ring.slot_stride);
+    control.set_claims(streams.count());
+    return sd_bus_reply_method_return(call, "h", socket->get());
 }
 
 int DepthService::State::reset_statistics(sd_bus_message *call) {
@@ -232,14 +229,13 @@ void DepthService::State::changed(const char *property) {
 }
 
 Result<std::unique_ptr<DepthService>> DepthService::create(sd_event *event, const BusOptions &bus,
-                                                           int ring_fd,
-                                                           const afterglow_ring_header &ring,
-                                                           GateMode mode, const PowerModel &power,
+                                                           StreamNotifier &streams, GateMode mode,
+                                                           const PowerModel &power,
                                                            ServiceControl &control) {
     const auto failed = [](std::string what, int error) {
         return Error{fmt::format("cannot {}: {}", what, std::strerror(-error)), -error};
     };
-    auto state = std::make_unique<State>(event, ring_fd, ring, mode, power, control);
+    auto state = std::make_unique<State>(streams, mode, power, control);
     if (const int error = connect(bus, state->bus); error < 0)
         return Error{fmt::format("cannot connect to {}: {}", name_of(bus), bus_problem(error)),
                      -error};
@@ -269,7 +265,6 @@ DepthService::~DepthService() = default;
 
 void DepthService::frame_published(const FrameEvent &event) {
     state_->statistics.add(event);
-    state_->streams.wake(event.frame.index);
 }
 
 void DepthService::set_state(DaemonState state) {

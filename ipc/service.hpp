@@ -15,6 +15,8 @@
 
 namespace afterglow {
 
+class StreamNotifier;
+
 /// Where the bus is: --system, --session or --bus ADDRESS.
 struct BusOptions {
     enum class Kind { system, session, address } kind = Kind::system;
@@ -33,16 +35,17 @@ public:
 /// org.afterglow.Depth1 on the bus, and the sockets of the open streams. D-Bus thread only.
 class DepthService {
 public:
-    /// Connects, exports the object, takes the name. `ring_fd` is what OpenStream hands out and
-    /// `ring` what it says of it; both stay the caller's and outlive the service, as `control`.
+    /// Connects, exports the object, takes the name. `streams` are what OpenStream opens; they and
+    /// `control` outlive the service.
     ///
     /// When the bus is lost later, `event`'s loop exits with EXIT_FAILURE: nobody can reach us.
-    static Result<std::unique_ptr<DepthService>>
-    create(sd_event *event, const BusOptions &bus, int ring_fd, const afterglow_ring_header &ring,
-           GateMode mode, const PowerModel &power, ServiceControl &control);
+    static Result<std::unique_ptr<DepthService>> create(sd_event *event, const BusOptions &bus,
+                                                        StreamNotifier &streams, GateMode mode,
+                                                        const PowerModel &power,
+                                                        ServiceControl &control);
     ~DepthService();
 
-    /// Counts the frame and wakes the streams.
+    /// Counts the frame.
     void frame_published(const FrameEvent &event);
     void set_state(DaemonState state);
 

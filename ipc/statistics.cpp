@@ -45,7 +45,7 @@ void Statistics::add(const FrameEvent &event) {
     ++published_;
     measured_ += event.frame.source == AFTERGLOW_MEASURED;
     estimated_ += event.frame.source == AFTERGLOW_ESTIMATED;
-    illuminated_ += event.frame.illuminated != 0;
+    illuminated_ += event.frame.emitter == AFTERGLOW_EMITTER_ON;
     damaged_ = event.damaged;
     missed_ = event.missed;
     stream_ns_ = event.stream_ns;

@@ -3,14 +3,14 @@
 
 #include "afterglow/afterglow.h"
 #include "ipc/ring_writer.hpp"
+#include "ipc/stream_notifier.hpp"
 #include "tests/catch.hpp"
-
-#include <sys/socket.h>
+#include "tests/open_stream.hpp"
 
 #include <algorithm>
 #include <cstdint>
-#include <fcntl.h>
 #include <memory>
+#include <utility>
 #include <vector>
 
 namespace afterglow::test {
@@ -20,15 +20,17 @@ struct StreamCloser {
 };
 using Stream = std::unique_ptr<afterglow_stream, StreamCloser>;
 
-/// A ring with frames whose every pixel follows from the frame's index.
+/// A ring and its streams, with frames whose every pixel follows from the frame's index.
 class TestRing {
 public:
     explicit TestRing(int width = 64, int height = 48, int slots = 8)
         : camera_{50, 51, 31.5, 23.5, width, height},
-          writer_(std::move(*RingWriter::create(camera_, slots))), depth_(width, height),
+          writer_(std::move(*RingWriter::create(camera_, slots))),
+          streams_(std::move(*StreamNotifier::create(*writer_))), depth_(width, height),
           confidence_(width, height), luma_(width, height) {}
 
-    RingWriter &writer() { return writer_; }
+    RingWriter &writer() { return *writer_; }
+    StreamNotifier &streams() { return *streams_; }
     const Intrinsics &camera() const { return camera_; }
 
     static std::uint16_t depth_of(std::uint64_t index) {
@@ -41,8 +43,9 @@ public:
         return static_cast<std::uint8_t>(index * 89 + 1);
     }
 
-    afterglow_frame publish() {
-        const std::uint64_t index = writer_.header().head;
+    /// Writes the next frame and tells nobody.
+    afterglow_frame write() {
+        const std::uint64_t index = writer_->head();
         std::fill(depth_.pixels().begin(), depth_.pixels().end(), depth_of(index));
         std::fill(confidence_.pixels().begin(), confidence_.pixels().end(), confidence_of(index));
         std::fill(luma_.pixels().begin(), luma_.pixels().end(), luma_of(index));
@@ -53,23 +56,32 @@ public:
         estimate.confidence = confidence_.view();
         afterglow_frame frame{};
         frame.sequence = index;
-        return writer_.publish(estimate, luma_, frame);
+        frame.calibration = 1;
+        frame.fx = camera_.fx;
+        frame.fy = camera_.fy;
+        frame.cx = camera_.cx;
+        frame.cy = camera_.cy;
+        return writer_->publish(estimate, luma_, frame);
+    }
+    afterglow_frame publish() {
+        const afterglow_frame frame = write();
+        streams_->frame_published();
+        return frame;
     }
 
-    /// A stream on this ring. The daemon's end of its socket goes to `daemon_end`.
-    Stream open(UniqueFd &daemon_end) const {
-        int ends[2];
-        REQUIRE(::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) == 0);
-        daemon_end = UniqueFd(ends[0]);
+    /// A stream on this ring.
+    Stream open(bool images = true, uid_t user = 1) {
+        Result<UniqueFd> socket = streams_->open(user, images);
+        REQUIRE(socket);
         afterglow_stream *stream = nullptr;
-        REQUIRE(afterglow_open_fds(::fcntl(writer_.fd(), F_DUPFD_CLOEXEC, 0), ends[1], &stream) ==
-                0);
+        REQUIRE(afterglow_open_fd(socket->release(), &stream) == 0);
         return Stream(stream);
     }
 
 private:
     Intrinsics camera_;
-    RingWriter writer_;
+    std::unique_ptr<RingWriter> writer_;
+    std::unique_ptr<StreamNotifier> streams_;
     DepthMap depth_;
     Image<std::uint8_t> confidence_;
     Luma luma_;
@@ -81,9 +93,10 @@ struct Planes {
         : depth(afterglow_plane_bytes(stream, AFTERGLOW_PLANE_DEPTH) / 2),
           confidence(afterglow_plane_bytes(stream, AFTERGLOW_PLANE_CONFIDENCE)),
           luma(afterglow_plane_bytes(stream, AFTERGLOW_PLANE_LUMA)),
-          wanted{{AFTERGLOW_PLANE_DEPTH, depth.data(), depth.size() * 2},
-                 {AFTERGLOW_PLANE_CONFIDENCE, confidence.data(), confidence.size()},
-                 {AFTERGLOW_PLANE_LUMA, luma.data(), luma.size()}} {}
+          wanted{{AFTERGLOW_PLANE_DEPTH, 0, depth.data(), depth.size() * 2},
+                 {AFTERGLOW_PLANE_CONFIDENCE, 0, confidence.data(), confidence.size()},
+                 {AFTERGLOW_PLANE_LUMA, 0, luma.data(), luma.size()}},
+          count(luma.empty() ? 2 : 3) {}
 
     /// Whether every pixel is the one that frame `index` of a TestRing has.
     bool are_of(std::uint64_t index) const {
@@ -100,6 +113,7 @@ struct Planes {
     std::vector<std::uint8_t> confidence;
     std::vector<std::uint8_t> luma;
     afterglow_buffer wanted[3];
+    std::size_t count; ///< of those, that the stream has
 };
 
 } // namespace afterglow::test

@@ -50,8 +50,8 @@ std::int64_t now_ns() {
 /// Reads frame `index`, or the newest one where that has been overwritten.
 int read_frame(afterglow_stream *stream, std::uint64_t index, LiveFrame &frame) {
     const afterglow_buffer planes[] = {
-        {AFTERGLOW_PLANE_DEPTH, frame.depth.pixels().data(), frame.depth.pixels().size_bytes()},
-        {AFTERGLOW_PLANE_LUMA, frame.luma.pixels().data(), frame.luma.pixels().size_bytes()},
+        {AFTERGLOW_PLANE_DEPTH, 0, frame.depth.pixels().data(), frame.depth.pixels().size_bytes()},
+        {AFTERGLOW_PLANE_LUMA, 0, frame.luma.pixels().data(), frame.luma.pixels().size_bytes()},
     };
     const int error = afterglow_read(stream, index, &frame.info, planes, std::size(planes));
     return error == -ESTALE ? afterglow_read_latest(stream, &frame.info, planes, std::size(planes))
@@ -62,8 +62,9 @@ int read_frame(afterglow_stream *stream, std::uint64_t index, LiveFrame &frame) 
 /// Returns the frames that went by unread.
 Result<std::uint64_t> read_frames(LiveSession &session, int frames, LiveScorer &scorer) {
     afterglow_stream *stream = session.stream();
-    afterglow_stream_info info;
-    afterglow_info(stream, &info);
+    afterglow_info info = {};
+    info.size = sizeof info;
+    afterglow_get_info(stream, &info);
     std::uint64_t next = 0;
     std::uint64_t read = 0;
     while (next < static_cast<std::uint64_t>(frames)) {

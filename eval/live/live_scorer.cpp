@@ -64,7 +64,7 @@ void LiveScorer::score(LiveFrame &frame) {
     scored.index = frame.info.index;
     scored.t_ns = frame.info.t_ns;
     scored.measured = frame.info.source == AFTERGLOW_MEASURED;
-    scored.lit = frame.info.illuminated != 0;
+    scored.lit = frame.info.emitter == AFTERGLOW_EMITTER_ON;
     scored.age_frames = frame.info.age_frames;
     scored.inliers = static_cast<int>(frame.info.inliers);
     if (frame.info.expected_mre >= 0)

@@ -19,7 +19,9 @@ namespace afterglow {
 
 /// A frame as a reader got it.
 struct LiveFrame {
-    LiveFrame(int width, int height) : luma(width, height), depth(width, height) {}
+    LiveFrame(int width, int height) : luma(width, height), depth(width, height) {
+        info.size = sizeof info;
+    }
     afterglow_frame info{};
     Luma luma;
     DepthMap depth;

@@ -73,11 +73,15 @@ Result<LiveSession> LiveSession::start(const std::string &config) {
          .end_signal = SIGTERM});
     if (!daemon)
         return daemon.error();
+    afterglow_options options = {};
+    options.size = sizeof options;
+    options.flags = AFTERGLOW_IMAGES;
+    options.bus = address.c_str();
     afterglow_stream *stream = nullptr;
     int error = -EHOSTUNREACH;
     // It is not on the bus at once. Every other error would come again.
     for (int i = 0; i < start_attempts && error == -EHOSTUNREACH && daemon->running(); ++i) {
-        error = afterglow_open(address.c_str(), &stream);
+        error = afterglow_open(&options, &stream);
         if (error == -EHOSTUNREACH)
             ::usleep(attempt_pause_us);
     }

@@ -5,18 +5,18 @@
 #include <stdlib.h>
 
 static int print_frames(struct afterglow_stream *stream) {
-    struct afterglow_stream_info info;
-    afterglow_info(stream, &info);
+    struct afterglow_info info = {.size = sizeof info};
+    afterglow_get_info(stream, &info);
     size_t bytes = afterglow_plane_bytes(stream, AFTERGLOW_PLANE_DEPTH);
     uint16_t *depth = malloc(bytes);
     if (depth == NULL)
         return -1;
-    const struct afterglow_buffer want = {AFTERGLOW_PLANE_DEPTH, depth, bytes};
+    const struct afterglow_buffer want = {AFTERGLOW_PLANE_DEPTH, 0, depth, bytes};
     const size_t centre = (size_t)info.height / 2 * info.width + info.width / 2;
 
     int error;
     while ((error = afterglow_wait(stream, -1)) == 0) {
-        struct afterglow_frame frame;
+        struct afterglow_frame frame = {.size = sizeof frame};
         if (afterglow_read_latest(stream, &frame, &want, 1) == 0)
             printf("frame %llu: %u mm\n", (unsigned long long)frame.index, (unsigned)depth[centre]);
     }
@@ -25,8 +25,9 @@ static int print_frames(struct afterglow_stream *stream) {
 }
 
 int main(int argc, char **argv) {
+    struct afterglow_options options = {.size = sizeof options, .bus = argc > 1 ? argv[1] : NULL};
     struct afterglow_stream *stream;
-    int error = afterglow_open(argc > 1 ? argv[1] : NULL, &stream);
+    int error = afterglow_open(&options, &stream);
     if (error == 0)
         error = print_frames(stream);
     afterglow_close(stream);

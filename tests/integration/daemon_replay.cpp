@@ -3,6 +3,7 @@
 #include "drivers/files/image_file.hpp"
 #include "drivers/files/write_recording.hpp"
 #include "tests/catch.hpp"
+#include "tests/open_stream.hpp"
 #include "tests/private_bus.hpp"
 #include "tests/program.hpp"
 
@@ -72,8 +73,7 @@ Played play(const TemporaryFolder &folder, const std::string &mode) {
                                     mode + "\"\n")});
     Played played;
     afterglow_stream *stream = nullptr;
-    REQUIRE(wait_until(
-        [&] { return !daemon.runs() || afterglow_open(bus.address().c_str(), &stream) == 0; }));
+    REQUIRE(wait_until([&] { return !daemon.runs() || open_stream(bus.address(), &stream) == 0; }));
     INFO(daemon.errors());
     REQUIRE(stream);
     REQUIRE(wait_until([&] {
@@ -82,9 +82,9 @@ Played play(const TemporaryFolder &folder, const std::string &mode) {
     }));
     // The last eight frames still lie in the ring.
     std::vector<std::uint16_t> depth(afterglow_plane_bytes(stream, AFTERGLOW_PLANE_DEPTH) / 2);
-    const afterglow_buffer want = {AFTERGLOW_PLANE_DEPTH, depth.data(), 2 * depth.size()};
+    const afterglow_buffer want = {AFTERGLOW_PLANE_DEPTH, 0, depth.data(), 2 * depth.size()};
     for (std::uint64_t index = 0; index < frames; ++index) {
-        afterglow_frame frame = {};
+        afterglow_frame frame = empty_frame();
         if (afterglow_read(stream, index, &frame, &want, 1) != 0)
             continue;
         for (const std::uint16_t mm : depth)

@@ -3,6 +3,7 @@
 #include "core/base/unique_fd.hpp"
 #include "drivers/files/image_file.hpp"
 #include "tests/catch.hpp"
+#include "tests/open_stream.hpp"
 #include "tests/served.hpp"
 
 #include <sys/prctl.h>
@@ -25,14 +26,14 @@ const std::string small_room = "color.driver = \"synthetic\"\ntof.driver = \"syn
 /// Reads frames until `enough` of them were good; 0, or what went wrong first.
 int read_frames(const std::string &address, int enough) {
     afterglow_stream *stream = nullptr;
-    if (const int error = afterglow_open(address.c_str(), &stream); error < 0)
+    if (const int error = open_stream(address, &stream); error < 0)
         return error;
     std::vector<std::uint16_t> depth(afterglow_plane_bytes(stream, AFTERGLOW_PLANE_DEPTH) / 2);
-    const afterglow_buffer want = {AFTERGLOW_PLANE_DEPTH, depth.data(), 2 * depth.size()};
+    const afterglow_buffer want = {AFTERGLOW_PLANE_DEPTH, 0, depth.data(), 2 * depth.size()};
     int error = 0;
     std::uint64_t last = 0;
     for (int good = 0; good < enough && error == 0;) {
-        afterglow_frame frame = {};
+        afterglow_frame frame = empty_frame();
         error = afterglow_wait(stream, 60'000);
         if (error == 0)
             error = afterglow_read_latest(stream, &frame, &want, 1);
@@ -116,10 +117,10 @@ TEST_CASE("the daemon stops although a reader process is suspended") {
 TEST_CASE("a client changes the gate's mode over D-Bus") {
     Served served(small_room);
     afterglow_stream *stream = nullptr;
-    REQUIRE(afterglow_open(served.bus.address().c_str(), &stream) == 0);
+    REQUIRE(open_stream(served.bus.address(), &stream) == 0);
     const auto wait_for_source = [&](std::uint32_t source, int in_a_row) {
         for (int seen = 0; seen < in_a_row;) {
-            afterglow_frame frame = {};
+            afterglow_frame frame = empty_frame();
             REQUIRE(afterglow_wait(stream, 60'000) == 0);
             if (afterglow_read_latest(stream, &frame, nullptr, 0) == 0)
                 seen = frame.source == source ? seen + 1 : 0;

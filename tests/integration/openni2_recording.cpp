@@ -3,6 +3,7 @@
 // and by the unmodified daemon.
 #include "afterglow/afterglow.h"
 #include "tests/catch.hpp"
+#include "tests/open_stream.hpp"
 #include "tests/served.hpp"
 #include "tests/testcam.hpp"
 
@@ -86,7 +87,7 @@ TEST_CASE("the daemon plays an OpenNI2 recording, reports its end and restarts i
                               "registration = false\npairing_tolerance_ms = 17\n",
                               room.path, file));
     afterglow_stream *stream = nullptr;
-    REQUIRE(afterglow_open(served.bus.address().c_str(), &stream) == 0);
+    REQUIRE(open_stream(served.bus.address(), &stream) == 0);
     served.wait_for("State", "running");
     served.wait_for("State", "tof-lost");
     CHECK(served.daemon.errors().find("room.oni' is over") != std::string::npos);

@@ -5,6 +5,7 @@
 #include "drivers/files/image_file.hpp"
 #include "drivers/files/recording.hpp"
 #include "tests/catch.hpp"
+#include "tests/open_stream.hpp"
 #include "tests/served.hpp"
 #include "tests/testcam.hpp"
 
@@ -36,20 +37,20 @@ std::string configuration(const Room &room, double speed, const std::string &lig
 }
 
 struct Published {
-    afterglow_frame frame = {};
+    afterglow_frame frame = empty_frame();
     DepthMap depth;
 };
 
 /// Reads what a daemon publishes until the recording is over.
 std::vector<Published> read_all(Served &served, const Room &room) {
     afterglow_stream *stream = nullptr;
-    REQUIRE(afterglow_open(served.bus.address().c_str(), &stream) == 0);
+    REQUIRE(open_stream(served.bus.address(), &stream) == 0);
     served.wait_for("State", "stopped");
     std::vector<Published> published;
     for (std::uint64_t index = 0; index < frames; ++index) {
         Published one;
         one.depth = DepthMap(room.maps[0].width(), room.maps[0].height());
-        const afterglow_buffer want = {AFTERGLOW_PLANE_DEPTH, one.depth.pixels().data(),
+        const afterglow_buffer want = {AFTERGLOW_PLANE_DEPTH, 0, one.depth.pixels().data(),
                                        2 * one.depth.pixels().size()};
         if (afterglow_read(stream, index, &one.frame, &want, 1) == 0)
             published.push_back(std::move(one));
@@ -103,11 +104,11 @@ TEST_CASE(
         CHECK_FALSE(published.empty());
         for (const Published &one : published) {
             INFO("frame " << one.frame.sequence);
-            CHECK((one.frame.illuminated != 0 || !log.was_lit(one.frame.t_ns)));
+            CHECK((one.frame.emitter == AFTERGLOW_EMITTER_ON || !log.was_lit(one.frame.t_ns)));
             const bool has_map = std::count(log.maps.begin(), log.maps.end(), one.frame.sequence);
             // A test camera that is late exposes its map of that number when the light is on again.
             if (kept_pace)
-                CHECK((one.frame.illuminated != 0 || !has_map));
+                CHECK((one.frame.emitter == AFTERGLOW_EMITTER_ON || !has_map));
             if (one.frame.source == AFTERGLOW_MEASURED) {
                 CHECK(has_map);
                 CHECK(one.depth == room.maps[one.frame.sequence]);
@@ -126,12 +127,12 @@ TEST_CASE(
     const Testcam testcam(room, speed, {{"WAKE_MS", "130"}, {"SETTLING_MAPS", "2"}});
     Served served(configuration(room, speed, "openni2-emitter", "# loops\n"));
     afterglow_stream *stream = nullptr;
-    REQUIRE(afterglow_open(served.bus.address().c_str(), &stream) == 0);
+    REQUIRE(open_stream(served.bus.address(), &stream) == 0);
     DepthMap depth(room.maps[0].width(), room.maps[0].height());
-    const afterglow_buffer want = {AFTERGLOW_PLANE_DEPTH, depth.pixels().data(),
+    const afterglow_buffer want = {AFTERGLOW_PLANE_DEPTH, 0, depth.pixels().data(),
                                    2 * depth.pixels().size()};
     for (int measured = 0; measured < 3;) {
-        afterglow_frame frame = {};
+        afterglow_frame frame = empty_frame();
         INFO(served.daemon.errors());
         REQUIRE(afterglow_wait(stream, 60'000) == 0);
         if (afterglow_read_latest(stream, &frame, &want, 1) != 0 ||
@@ -139,7 +140,7 @@ TEST_CASE(
             continue;
         ++measured;
         CHECK(depth == room.maps[frame.sequence % frames]);
-        CHECK(frame.illuminated == 1);
+        CHECK(frame.emitter == AFTERGLOW_EMITTER_ON);
     }
     CHECK(served.value("WakeLatency") >= 130e6);
     CHECK(served.value("PairingErrorP99") <= 15e6);
@@ -158,7 +159,7 @@ TEST_CASE("an unplugged OpenNI2 device is reported, and used again when it retur
     const Testcam testcam(room, 1);
     Served served(configuration(room, 1, "openni2-emitter", "# loops\n"));
     afterglow_stream *stream = nullptr;
-    REQUIRE(afterglow_open(served.bus.address().c_str(), &stream) == 0);
+    REQUIRE(open_stream(served.bus.address(), &stream) == 0);
     CHECK(served.ctl({"mode", "always-on"}).code == 0);
     served.wait_for("State", "running");
     testcam.command("unplug");
@@ -174,7 +175,7 @@ TEST_CASE("the OpenNI2 depth stream can serve as the illuminator switch") {
     const Testcam testcam(room, 1);
     Served served(configuration(room, 1, "openni2-stream", "# loops\n"));
     afterglow_stream *stream = nullptr;
-    REQUIRE(afterglow_open(served.bus.address().c_str(), &stream) == 0);
+    REQUIRE(open_stream(served.bus.address(), &stream) == 0);
     served.expect([&] { return served.value("FramesMeasured") >= 3; });
     afterglow_close(stream);
     served.wait_for("State", "idle");
@@ -186,7 +187,7 @@ TEST_CASE("the daemon waits for a missing OpenNI2 device and reports it") {
     const Testcam testcam(room, 1, {{"PLUGGED", "0"}});
     Served served(configuration(room, 1, "openni2-emitter", "# loops\n"));
     afterglow_stream *stream = nullptr;
-    REQUIRE(afterglow_open(served.bus.address().c_str(), &stream) == 0);
+    REQUIRE(open_stream(served.bus.address(), &stream) == 0);
     served.wait_for("State", "tof-lost");
     CHECK(served.value("FramesMeasured") == 0);
     testcam.command("plug");

@@ -23,7 +23,7 @@ Config configured(bool run_without_readers = false) {
 /// A session on fake cameras and a clock that the test moves.
 struct Fixture {
     explicit Fixture(const Config &config = configured())
-        : ring(RingWriter::create(cameras.camera, 2)), session(rig, config, pool, *ring, outbox) {}
+        : session(rig, config, pool, *ring, *streams, outbox) {}
 
     /// One turn, `later` after the one before.
     std::chrono::nanoseconds turn(std::chrono::nanoseconds later = 33ms) {
@@ -43,7 +43,8 @@ struct Fixture {
     Rig rig = cameras.rig();
     WorkerPool pool{1};
     Outbox outbox{UniqueFd(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC))};
-    Result<RingWriter> ring;
+    std::unique_ptr<RingWriter> ring = std::move(*RingWriter::create(cameras.camera, 2));
+    std::unique_ptr<StreamNotifier> streams = std::move(*StreamNotifier::create(*ring));
     CaptureSession session;
     Orders orders = {.run = true};
     CaptureSession::Time now = CaptureSession::Time(1h);
@@ -391,8 +392,9 @@ TEST_CASE("the capture session stops the cameras and the light when destroyed") 
         Rig rig = cameras.rig();
         WorkerPool pool(1);
         Outbox outbox{UniqueFd(::eventfd(0, EFD_NONBLOCK))};
-        Result<RingWriter> ring = RingWriter::create(cameras.camera, 2);
-        CaptureSession session(rig, configured(), pool, *ring, outbox);
+        const auto ring = std::move(*RingWriter::create(cameras.camera, 2));
+        const auto streams = std::move(*StreamNotifier::create(*ring));
+        CaptureSession session(rig, configured(), pool, *ring, *streams, outbox);
         session.turn({.policy = {.mode = GateMode::always_on}, .run = true},
                      CaptureSession::Time(1h));
         REQUIRE(cameras.lit);

@@ -4,6 +4,7 @@
 #include "afterglow/afterglow.h"
 #include "ipc/bus.hpp"
 #include "ipc/service.hpp"
+#include "tests/open_stream.hpp"
 #include "tests/private_bus.hpp"
 #include "tests/test_ring.hpp"
 
@@ -48,8 +49,7 @@ public:
 
     Result<std::unique_ptr<DepthService>> create() {
         return DepthService::create(event_.get(), {BusOptions::Kind::address, bus.address()},
-                                    ring.writer().fd(), ring.writer().header(), GateMode::automatic,
-                                    PowerModel{}, control);
+                                    ring.streams(), GateMode::automatic, PowerModel{}, control);
     }
     DepthService &service() { return *service_; }
     sd_event *event() { return event_.get(); }
@@ -169,7 +169,7 @@ std::string interface_of(std::string xml) {
 
 Stream open_on(const std::string &bus, int &error) {
     afterglow_stream *stream = nullptr;
-    error = afterglow_open(bus.c_str(), &stream);
+    error = open_stream(bus, &stream, AFTERGLOW_IMAGES);
     return Stream(stream);
 }
 
@@ -187,7 +187,7 @@ TEST_CASE("the reader library opens a stream with nothing but the bus", "[ipc]")
     pollfd poll{afterglow_fd(stream.get()), POLLIN, 0};
     CHECK(::poll(&poll, 1, 0) == 1);
     Planes planes(stream.get());
-    afterglow_frame frame{};
+    afterglow_frame frame = empty_frame();
     REQUIRE(afterglow_read_latest(stream.get(), &frame, planes.wanted, 3) == 0);
     CHECK(planes.are_of(0));
     CHECK(daemon.serve([&] { return Client(address).get<std::uint32_t>("OpenStreams", 'u'); }) ==
@@ -322,11 +322,11 @@ TEST_CASE("OpenStream limits the number of streams per user", "[ipc]") {
 
 TEST_CASE("the reader library tells a missing bus from a missing daemon", "[ipc]") {
     afterglow_stream *stream = nullptr;
-    CHECK(afterglow_open("unix:path=/nowhere/bus", &stream) == -ENOENT);
-    CHECK(afterglow_open("nonsense", &stream) == -ECONNREFUSED);
+    CHECK(open_stream("unix:path=/nowhere/bus", &stream) == -ENOENT);
+    CHECK(open_stream("nonsense", &stream) == -ECONNREFUSED);
     CHECK(stream == nullptr);
     const PrivateBus bus;
-    CHECK(afterglow_open(bus.address().c_str(), &stream) == -EHOSTUNREACH);
+    CHECK(open_stream(bus.address(), &stream) == -EHOSTUNREACH);
     CHECK(stream == nullptr);
 }
 
@@ -340,9 +340,9 @@ TEST_CASE("the D-Bus service reports why it cannot be on the bus", "[ipc]") {
 
     TestRing ring;
     RecordingControl control;
-    const auto nowhere = DepthService::create(
-        daemon.event(), {BusOptions::Kind::address, "unix:path=/nowhere/bus"}, ring.writer().fd(),
-        ring.writer().header(), GateMode::automatic, PowerModel{}, control);
+    const auto nowhere =
+        DepthService::create(daemon.event(), {BusOptions::Kind::address, "unix:path=/nowhere/bus"},
+                             ring.streams(), GateMode::automatic, PowerModel{}, control);
     REQUIRE(!nowhere);
     CHECK(nowhere.error().message == "cannot connect to the bus at unix:path=/nowhere/bus: its "
                                      "socket does not exist; no bus runs there");

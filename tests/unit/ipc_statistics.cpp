@@ -11,7 +11,7 @@ namespace {
 FrameEvent event_of(afterglow_source source, bool illuminated, std::int64_t latency_ns = 0) {
     FrameEvent event{};
     event.frame.source = source;
-    event.frame.illuminated = illuminated ? 1 : 0;
+    event.frame.emitter = illuminated ? AFTERGLOW_EMITTER_ON : AFTERGLOW_EMITTER_OFF;
     event.frame.t_ns = 5'000'000'000;
     event.frame.published_ns = event.frame.t_ns + latency_ns;
     return event;

@@ -48,7 +48,7 @@ struct RecordedFrames {
 };
 
 struct Seen {
-    afterglow_frame frame = {};
+    afterglow_frame frame = {.size = sizeof frame};
     Luma luma;
     DepthMap depth;
 };
@@ -76,8 +76,8 @@ double mean_relative_error(const DepthMap &published, const DepthMap &truth) {
 /// The next frame, in order; false when there is none any more.
 bool read_next(afterglow_stream *stream, bool first, Seen &seen) {
     const afterglow_buffer want[] = {
-        {AFTERGLOW_PLANE_LUMA, seen.luma.pixels().data(), seen.luma.pixels().size()},
-        {AFTERGLOW_PLANE_DEPTH, seen.depth.pixels().data(), 2 * seen.depth.pixels().size()}};
+        {AFTERGLOW_PLANE_LUMA, 0, seen.luma.pixels().data(), seen.luma.pixels().size()},
+        {AFTERGLOW_PLANE_DEPTH, 0, seen.depth.pixels().data(), 2 * seen.depth.pixels().size()}};
     for (;;) {
         const int read = first ? afterglow_read_latest(stream, &seen.frame, want, 2)
                                : afterglow_read(stream, seen.frame.index + 1, &seen.frame, want, 2);
@@ -91,7 +91,12 @@ bool read_next(afterglow_stream *stream, bool first, Seen &seen) {
 int watch(const char *bus, const Recording &recording, int frames, const std::string &folder) {
     const RecordedFrames recorded(recording);
     afterglow_stream *stream = nullptr;
-    if (const int error = afterglow_open(bus, &stream); error != 0) {
+    const afterglow_options options = {.size = sizeof options,
+                                       .flags = AFTERGLOW_IMAGES,
+                                       .bus = bus,
+                                       .timeout_ms = 0,
+                                       .reserved = 0};
+    if (const int error = afterglow_open(&options, &stream); error != 0) {
         fmt::print(stderr, "watch_depth: {}\n", afterglow_strerror(error));
         return 1;
     }
@@ -106,8 +111,9 @@ int watch(const char *bus, const Recording &recording, int frames, const std::st
         const int number = recorded.number_of(seen.luma);
         const DepthMap *map =
             number < 0 ? nullptr : &recorded.maps[static_cast<std::size_t>(number)];
-        fmt::print("{} {} {} {} {:.2f}\n", number, seen.frame.source, seen.frame.illuminated,
-                   seen.frame.t_ns, map ? mean_relative_error(seen.depth, *map) : 0);
+        fmt::print("{} {} {} {} {:.2f}\n", number, seen.frame.source,
+                   seen.frame.emitter == AFTERGLOW_EMITTER_ON ? 1 : 0, seen.frame.t_ns,
+                   map ? mean_relative_error(seen.depth, *map) : 0);
         std::fflush(stdout);
         if (!map || (seen.frame.source == AFTERGLOW_MEASURED && !is_filled(seen.depth, *map)))
             return 1;

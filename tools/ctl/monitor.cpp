@@ -30,7 +30,7 @@ Status print(const afterglow_frame &frame) {
     const double error = static_cast<double>(frame.expected_mre);
     const double latency_ms = static_cast<double>(frame.published_ns - frame.t_ns) * 1e-6;
     fmt::print("{:>6} {:<8} {:<5} {:>3} {:>5.1f} {:>4} {:>3.0f}\n", frame.index, name(frame.source),
-               frame.illuminated ? "lit" : "dark", frame.age_frames,
+               frame.emitter == AFTERGLOW_EMITTER_ON ? "lit" : "dark", frame.age_frames,
                static_cast<double>(frame.coverage),
                error < 0 ? "-" : fmt::format("{:.{}f}", error, error < 9.995 ? 2 : 1), latency_ms);
     return flush_standard_output();

@@ -15,6 +15,7 @@
 #include <cstdio>
 #include <cstring>
 #include <fstream>
+#include <span>
 #include <unistd.h>
 #include <vector>
 
@@ -31,11 +32,12 @@ struct Shot {
 };
 
 /// The first frame with depth, or the last without when none comes.
-Status take(Stream &stream, Shot &shot) {
-    const afterglow_buffer buffers[] = {
-        {AFTERGLOW_PLANE_LUMA, shot.luma.pixels().data(), shot.luma.pixels().size_bytes()},
-        {AFTERGLOW_PLANE_DEPTH, shot.depth.pixels().data(), shot.depth.pixels().size_bytes()},
+Status take(Stream &stream, bool with_image, Shot &shot) {
+    const afterglow_buffer all[] = {
+        {AFTERGLOW_PLANE_DEPTH, 0, shot.depth.pixels().data(), shot.depth.pixels().size_bytes()},
+        {AFTERGLOW_PLANE_LUMA, 0, shot.luma.pixels().data(), shot.luma.pixels().size_bytes()},
     };
+    const auto buffers = std::span(all).first(with_image ? 2 : 1);
     for (int tried = 0; tried < frames_to_try; ++tried) {
         const Result<afterglow_frame> frame = stream.next(buffers);
         if (!frame)
@@ -100,14 +102,14 @@ Status snapshot(const std::string &bus, const std::string &path) {
                      EINVAL};
     if (to_stdout && ::isatty(STDOUT_FILENO) == 1)
         return Error{"a picture is not written to a terminal; redirect standard output", EINVAL};
-    Result<Stream> stream = Stream::open(bus);
+    Result<Stream> stream = Stream::open(bus, !is_pgm);
     if (!stream)
         return stream.error();
-    const afterglow_stream_info info = stream->info();
+    const afterglow_info info = stream->info();
     const auto width = static_cast<int>(info.width);
     const auto height = static_cast<int>(info.height);
     Shot shot{Luma(width, height), DepthMap(width, height), {}};
-    if (const Status taken = take(*stream, shot); !taken)
+    if (const Status taken = take(*stream, !is_pgm, shot); !taken)
         return taken.error();
     const Status written = is_pgm      ? write_pgm(path, shot.depth)
                            : to_stdout ? write_to_stdout(draw(shot))

@@ -6,7 +6,6 @@
 #include <fmt/format.h>
 
 #include <cerrno>
-#include <chrono>
 
 namespace afterglow {
 namespace {
@@ -15,29 +14,34 @@ constexpr int frame_timeout_ms = 10'000;
 
 } // namespace
 
-Result<Stream> Stream::open(const std::string &bus) {
-    const std::int64_t now_ns = std::chrono::steady_clock::now().time_since_epoch().count();
+Result<Stream> Stream::open(const std::string &bus, bool images) {
+    afterglow_options options = {};
+    options.size = sizeof options;
+    options.flags = images ? AFTERGLOW_IMAGES : 0;
+    options.bus = bus.c_str();
     afterglow_stream *stream = nullptr;
-    if (const int error = afterglow_open(bus.c_str(), &stream); error < 0)
+    if (const int error = afterglow_open(&options, &stream); error < 0)
         return Error{
             fmt::format("no stream from {}: {}", describe_bus(bus), afterglow_strerror(error)),
             -error};
-    return Stream(stream, now_ns);
+    return Stream(stream);
 }
 
-afterglow_stream_info Stream::info() const {
-    afterglow_stream_info info = {};
-    afterglow_info(stream_.get(), &info);
+afterglow_info Stream::info() const {
+    afterglow_info info = {};
+    info.size = sizeof info;
+    afterglow_get_info(stream_.get(), &info);
     return info;
 }
 
 Result<afterglow_frame> Stream::next(std::span<const afterglow_buffer> buffers) {
     while (true) {
         afterglow_frame frame = {};
+        frame.size = sizeof frame;
         int error = afterglow_wait(stream_.get(), frame_timeout_ms);
         if (error == 0)
             error = afterglow_read_latest(stream_.get(), &frame, buffers.data(), buffers.size());
-        if (error == 0 && frame.published_ns >= opened_ns_)
+        if (error == 0)
             return frame;
         if (error == -ETIMEDOUT)
             return Error{"no frame came for 10 seconds; see `afterglowctl status`", ETIMEDOUT};

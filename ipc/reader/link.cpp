@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ipc/reader/link.hpp"
+
+#include <sys/epoll.h>
+#include <sys/timerfd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <ctime>
+
+namespace afterglow {
+namespace {
+
+constexpr std::uint64_t first_pause_us = 100'000;
+constexpr std::uint64_t last_pause_us = 2'000'000;
+constexpr std::uint64_t at_once_us = 1;
+
+std::uint64_t now_us() {
+    timespec now{};
+    ::clock_gettime(CLOCK_MONOTONIC, &now);
+    return static_cast<std::uint64_t>(now.tv_sec) * 1'000'000 +
+           static_cast<std::uint64_t>(now.tv_nsec) / 1000;
+}
+
+/// Whether another daemon, or the same one later, may do better.
+bool may_pass(int error) {
+    switch (error) {
+    case -ENOENT:
+    case -ECONNREFUSED:
+    case -EHOSTUNREACH:
+    case -ETIMEDOUT:
+    case -EPIPE:
+    case -EBUSY:
+        return true;
+    default:
+        return false;
+    }
+}
+
+} // namespace
+
+int Link::create(const Options &options) {
+    options_ = options;
+    pause_us_ = first_pause_us;
+    epoll_ = UniqueFd(::epoll_create1(EPOLL_CLOEXEC));
+    timer_ = UniqueFd(::timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC | TFD_NONBLOCK));
+    if (!epoll_ || !timer_)
+        return -errno;
+    watch(timer_.get(), EPOLLIN);
+    return 0;
+}
+
+void Link::watch(int fd, std::uint32_t events) {
+    epoll_event event = {events, {.fd = fd}};
+    // A descriptor that was closed has left by itself, and its number may have come back.
+    if (::epoll_ctl(epoll_.get(), EPOLL_CTL_MOD, fd, &event) < 0 && errno == ENOENT)
+        ::epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, fd, &event);
+}
+
+void Link::set_timer(std::uint64_t due_us) {
+    itimerspec time{};
+    time.it_value.tv_sec = static_cast<time_t>(due_us / 1'000'000);
+    time.it_value.tv_nsec = static_cast<long>(due_us % 1'000'000 * 1000);
+    ::timerfd_settime(timer_.get(), TFD_TIMER_ABSTIME, &time, nullptr);
+}
+
+void Link::call() {
+    state_ = State::calling;
+    due_us_ = now_us() + options_.timeout_us;
+    if (const int error = call_.start(options_.bus, options_.images); error < 0)
+        lose(error);
+    else
+        watch_call();
+}
+
+void Link::watch_call() {
+    if (const int events = call_.events(); events >= 0)
+        watch(call_.fd(), static_cast<std::uint32_t>(events)); // POLLIN is EPOLLIN, and so on
+    set_timer(std::min(due_us_, call_.deadline_us()));
+}
+
+void Link::adopt(UniqueFd socket) {
+    state_ = State::open;
+    socket_ = std::move(socket);
+    problem_ = 0;
+    pause_us_ = first_pause_us;
+    watch(socket_.get(), EPOLLIN);
+    set_timer(0);
+}
+
+void Link::end(int error) {
+    state_ = State::ended;
+    problem_ = error;
+    call_.cancel();
+    socket_ = UniqueFd();
+    set_timer(at_once_us); // whoever waits is to find out
+}
+
+Link::Event Link::lose(int error) {
+    const bool was_open = state_ == State::open;
+    if (!options_.reconnect || !may_pass(error)) {
+        end(error);
+        return {Event::Kind::ended, {}};
+    }
+    state_ = State::waiting;
+    problem_ = error;
+    call_.cancel();
+    socket_ = UniqueFd();
+    due_us_ = now_us() + pause_us_;
+    pause_us_ = std::min(2 * pause_us_, last_pause_us);
+    set_timer(due_us_);
+    return {was_open ? Event::Kind::lost : Event::Kind::none, {}};
+}
+
+Link::Event Link::next() {
+    if (state_ == State::waiting && now_us() >= due_us_)
+        call();
+    if (state_ == State::calling) {
+        UniqueFd socket;
+        const int result = call_.process(socket);
+        if (result == -EINPROGRESS && now_us() < due_us_)
+            watch_call();
+        else if (result == -EINPROGRESS)
+            return lose(-ETIMEDOUT);
+        else if (result < 0)
+            return lose(result);
+        else if (const int error = check_stream_socket(socket); error < 0)
+            return lose(error);
+        else {
+            call_.cancel();
+            adopt(std::move(socket));
+        }
+    }
+    if (state_ == State::ended)
+        return {Event::Kind::ended, {}};
+    // Bounded: whoever is at the other end could send for ever.
+    for (int datagrams = 0; state_ == State::open && datagrams < 1024; ++datagrams) {
+        StreamMessage message = receive(socket_);
+        switch (message.kind) {
+        case StreamMessage::Kind::nothing:
+            return {};
+        case StreamMessage::Kind::frame:
+            break;
+        case StreamMessage::Kind::memory:
+            return {Event::Kind::memory, std::move(message)};
+        case StreamMessage::Kind::end:
+            return lose(message.error);
+        }
+    }
+    return {};
+}
+
+} // namespace afterglow

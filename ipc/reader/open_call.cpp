@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ipc/reader/open_call.hpp"
+
+#include "ipc/bus.hpp"
+
+#include <cerrno>
+#include <fcntl.h>
+#include <limits>
+#include <string_view>
+
+namespace afterglow {
+namespace {
+
+/// The errors that afterglow_open() documents; the rest is as libsystemd maps it.
+int to_errno(const sd_bus_error &error) {
+    const std::string_view name = error.name;
+    if (sd_bus_error_has_names(&error, SD_BUS_ERROR_SERVICE_UNKNOWN, SD_BUS_ERROR_NAME_HAS_NO_OWNER,
+                               SD_BUS_ERROR_UNKNOWN_OBJECT, SD_BUS_ERROR_UNKNOWN_METHOD) ||
+        name.starts_with("org.freedesktop.DBus.Error.Spawn.") ||
+        name.starts_with("org.freedesktop.systemd1."))
+        return -EHOSTUNREACH;
+    if (name == SD_BUS_ERROR_LIMITS_EXCEEDED)
+        return -ENOBUFS;
+    if (name == "org.afterglow.Error.Busy")
+        return -EBUSY;
+    return -sd_bus_error_get_errno(&error);
+}
+
+} // namespace
+
+int OpenCall::start(const char *bus, bool images) {
+    Bus connection;
+    if (const int error = open_bus(bus, connection); error < 0)
+        return error;
+    bus_.reset(connection.release());
+    result_ = -EINPROGRESS;
+    const char *name = "org.afterglow.Depth1";
+    const char *path = "/org/afterglow/Depth1";
+    const int called =
+        images ? sd_bus_call_method_async(bus_.get(), nullptr, name, path, name, "OpenStream",
+                                          on_answer, this, "a{sv}", 1, "images", "b", 1)
+               : sd_bus_call_method_async(bus_.get(), nullptr, name, path, name, "OpenStream",
+                                          on_answer, this, "a{sv}", 0);
+    return called < 0 ? called : 0;
+}
+
+int OpenCall::on_answer(sd_bus_message *answer, void *call, sd_bus_error * /*error*/) {
+    OpenCall &self = *static_cast<OpenCall *>(call);
+    int lent = -1;
+    if (sd_bus_message_is_method_error(answer, nullptr) > 0) {
+        self.result_ = to_errno(*sd_bus_message_get_error(answer));
+    } else if (sd_bus_message_read(answer, "h", &lent) < 0) {
+        self.result_ = -EPROTO;
+    } else {
+        // A message lends its descriptors; this one outlives it.
+        self.socket_ = UniqueFd(::fcntl(lent, F_DUPFD_CLOEXEC, 3));
+        self.result_ = self.socket_ ? 0 : -errno;
+    }
+    return 0;
+}
+
+int OpenCall::process(UniqueFd &socket) {
+    int done = 1;
+    while (result_ == -EINPROGRESS && done > 0)
+        done = sd_bus_process(bus_.get(), nullptr);
+    if (result_ == -EINPROGRESS && done < 0) // the bus has gone, or never took us
+        result_ = done == -EACCES || done == -EPERM ? -EACCES : -ECONNREFUSED;
+    if (result_ == 0)
+        socket = std::move(socket_);
+    return result_;
+}
+
+void OpenCall::cancel() {
+    bus_.reset();
+}
+
+std::uint64_t OpenCall::deadline_us() const {
+    std::uint64_t deadline = 0;
+    return sd_bus_get_timeout(bus_.get(), &deadline) > 0
+               ? deadline
+               : std::numeric_limits<std::uint64_t>::max();
+}
+
+} // namespace afterglow

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "ipc/unique_fd.hpp"
+
+#include <systemd/sd-bus.h>
+
+#include <cstdint>
+#include <memory>
+
+namespace afterglow {
+
+/// One call of OpenStream of org.afterglow.Depth1, over a connection of its own. No function of it
+/// blocks.
+class OpenCall {
+public:
+    OpenCall() = default;
+    OpenCall(const OpenCall &) = delete;
+    OpenCall &operator=(const OpenCall &) = delete;
+
+    /// Connects to the bus and calls. Returns 0, or what the bus refused with.
+    int start(const char *bus, bool images);
+    /// Goes on as far as possible. -EINPROGRESS, 0 with the stream's socket in `socket`, or an
+    /// error as documented at afterglow_open().
+    int process(UniqueFd &socket);
+    /// Breaks off what is under way.
+    void cancel();
+
+    // What to wait for, while process() says -EINPROGRESS.
+    int fd() const { return sd_bus_get_fd(bus_.get()); }
+    int events() const { return sd_bus_get_events(bus_.get()); }
+    /// CLOCK_MONOTONIC, microseconds; UINT64_MAX: only for events.
+    std::uint64_t deadline_us() const;
+
+private:
+    // Neither waits for what is still to be sent.
+    struct CloseBus {
+        void operator()(sd_bus *bus) const { sd_bus_close_unref(bus); }
+    };
+    static int on_answer(sd_bus_message *answer, void *call, sd_bus_error *error);
+
+    std::unique_ptr<sd_bus, CloseBus> bus_;
+    UniqueFd socket_;
+    int result_ = 0;
+};
+
+} // namespace afterglow
