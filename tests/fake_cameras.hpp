@@ -56,6 +56,7 @@ struct FakeCameras {
         for (std::uint16_t &pixel : frame.depth.pixels())
             pixel = depth_mm;
         frame.t_ns = measured_ns = t_ns;
+        frame.sequence = sequence;
     }
 
     Rig rig() {

@@ -20,10 +20,12 @@ template <class Condition>
 void wait_for(EstimatorThread &thread, Condition condition) {
     const auto deadline = std::chrono::steady_clock::now() + longest_wait;
     while (!condition()) {
-        pollfd poll = {thread.outbox().wake_fd(), POLLIN, 0};
-        REQUIRE(::poll(&poll, 1, 60'000) == 1);
+        pollfd polls[] = {{thread.outbox().wake_fd(), POLLIN, 0},
+                          {thread.streams().event_fd(), POLLIN, 0}};
+        REQUIRE(::poll(polls, 2, 60'000) > 0);
         REQUIRE(std::chrono::steady_clock::now() < deadline);
         thread.outbox().clear_wake();
+        REQUIRE(thread.streams().update());
     }
 }
 
