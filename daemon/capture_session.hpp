@@ -17,7 +17,7 @@ namespace afterglow {
 /// What the estimator thread is to do. Only the latest value counts, so no queue can fill up,
 /// however often clients change the policy.
 struct Orders {
-    GatePolicy policy;
+    GatePolicy policy = {};
     std::optional<Intrinsics> camera = {}; ///< calibration; nothing: what the source says
     std::uint64_t measurements = 0;        ///< asked for so far: one more wants one more
     bool run = false;                      ///< a stream is open
