@@ -13,7 +13,11 @@ namespace {
 constexpr int flags = MSG_DONTWAIT | MSG_NOSIGNAL;
 
 afterglow_message message_of(afterglow_message_type type, std::uint64_t value) {
-    return {static_cast<std::uint32_t>(type), sizeof(afterglow_message), value};
+    afterglow_message message = {};
+    message.type = type;
+    message.size = sizeof message;
+    message.value = value;
+    return message;
 }
 
 bool send(int socket, const afterglow_message &message) {
