@@ -63,7 +63,8 @@ public:
     /// Makes a new pair, which the next publish() begins: who has only the old ones sees no frame
     /// from then on. `forced`: although readers keep all that can be kept; otherwise that is EBUSY.
     Status renew(bool forced);
-    /// Gives back the memory of old pairs that nobody keeps any more.
+    /// Gives back the memory of old pairs that nobody keeps any more. It is never used again: a
+    /// client may still have pages of it in a pipe.
     void collect();
     /// Pairs of memories that exist.
     std::size_t pairs() const;

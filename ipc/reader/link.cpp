@@ -46,15 +46,15 @@ int Link::create(const Options &options) {
     timer_ = UniqueFd(::timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC | TFD_NONBLOCK));
     if (!epoll_ || !timer_)
         return -errno;
-    watch(timer_.get(), EPOLLIN);
-    return 0;
+    return watch(timer_.get(), EPOLLIN);
 }
 
-void Link::watch(int fd, std::uint32_t events) {
+int Link::watch(int fd, std::uint32_t events) {
     epoll_event event = {events, {.fd = fd}};
     // A descriptor that was closed has left by itself, and its number may have come back.
-    if (::epoll_ctl(epoll_.get(), EPOLL_CTL_MOD, fd, &event) < 0 && errno == ENOENT)
-        ::epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, fd, &event);
+    if (::epoll_ctl(epoll_.get(), EPOLL_CTL_MOD, fd, &event) == 0)
+        return 0;
+    return ::epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, fd, &event) == 0 ? 0 : -errno;
 }
 
 void Link::set_timer(std::uint64_t due_us) {
@@ -67,16 +67,18 @@ void Link::set_timer(std::uint64_t due_us) {
 void Link::call() {
     state_ = State::calling;
     due_us_ = now_us() + options_.timeout_us;
-    if (const int error = call_.start(options_.bus, options_.images); error < 0)
+    int error = call_.start(options_.bus, options_.images);
+    if (error == 0)
+        error = watch_call();
+    if (error < 0)
         lose(error);
-    else
-        watch_call();
 }
 
-void Link::watch_call() {
-    if (const int events = call_.events(); events >= 0)
-        watch(call_.fd(), static_cast<std::uint32_t>(events)); // POLLIN is EPOLLIN, and so on
+int Link::watch_call() {
     set_timer(std::min(due_us_, call_.deadline_us()));
+    const int events = call_.events();
+    // POLLIN is EPOLLIN, and so on.
+    return events < 0 ? events : watch(call_.fd(), static_cast<std::uint32_t>(events));
 }
 
 void Link::adopt(UniqueFd socket) {
@@ -84,8 +86,9 @@ void Link::adopt(UniqueFd socket) {
     socket_ = std::move(socket);
     problem_ = 0;
     pause_us_ = first_pause_us;
-    watch(socket_.get(), EPOLLIN);
     set_timer(0);
+    if (const int error = watch(socket_.get(), EPOLLIN); error < 0)
+        end(error);
 }
 
 void Link::end(int error) {
@@ -117,16 +120,14 @@ Link::Event Link::next() {
         call();
     if (state_ == State::calling) {
         UniqueFd socket;
-        const int result = call_.process(socket);
-        if (result == -EINPROGRESS && now_us() < due_us_)
-            watch_call();
-        else if (result == -EINPROGRESS)
-            return lose(-ETIMEDOUT);
-        else if (result < 0)
+        int result = call_.process(socket);
+        if (result == -EINPROGRESS)
+            result = now_us() < due_us_ ? watch_call() : -ETIMEDOUT;
+        if (result == 0 && socket)
+            result = check_stream_socket(socket);
+        if (result < 0)
             return lose(result);
-        else if (const int error = check_stream_socket(socket); error < 0)
-            return lose(error);
-        else {
+        if (socket) {
             call_.cancel();
             adopt(std::move(socket));
         }

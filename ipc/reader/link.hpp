@@ -58,8 +58,9 @@ private:
 
     /// Asks for another stream later, or ends it.
     Event lose(int error);
-    void watch(int fd, std::uint32_t events);
-    void watch_call();
+    /// 0 or a negative errno, as watch_call().
+    int watch(int fd, std::uint32_t events);
+    int watch_call();
     /// `fd()` is readable from then on; CLOCK_MONOTONIC, microseconds, 0: never.
     void set_timer(std::uint64_t due_us);
 

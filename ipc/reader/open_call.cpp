@@ -11,7 +11,8 @@
 namespace afterglow {
 namespace {
 
-/// The errors that afterglow_open() documents; the rest is as libsystemd maps it.
+/// The errors that afterglow_open() documents; the rest is as libsystemd maps it, but for those
+/// that have a meaning of their own here and are nobody else's to say.
 int to_errno(const sd_bus_error &error) {
     const std::string_view name = error.name;
     if (sd_bus_error_has_names(&error, SD_BUS_ERROR_SERVICE_UNKNOWN, SD_BUS_ERROR_NAME_HAS_NO_OWNER,
@@ -23,7 +24,18 @@ int to_errno(const sd_bus_error &error) {
         return -ENOBUFS;
     if (name == "org.afterglow.Error.Busy")
         return -EBUSY;
-    return -sd_bus_error_get_errno(&error);
+    switch (const int code = sd_bus_error_get_errno(&error); code) {
+    case 0:
+    case EAGAIN:
+    case ECONNRESET:
+    case EINPROGRESS:
+    case EINTR:
+    case EPIPE:
+    case ESTALE:
+        return -EPROTO;
+    default:
+        return -code;
+    }
 }
 
 } // namespace

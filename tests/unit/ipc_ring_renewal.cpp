@@ -4,8 +4,13 @@
 #include "tests/test_ring.hpp"
 #include "tests/wait_until.hpp"
 
+#include <sys/mman.h>
+#include <sys/uio.h>
+
 #include <atomic>
 #include <cerrno>
+#include <cstring>
+#include <fcntl.h>
 #include <thread>
 
 using namespace afterglow;
@@ -84,6 +89,41 @@ TEST_CASE("readers that keep replaced rings stop voluntary renewals, not forced 
     ring.writer().collect();
     CHECK(ring.writer().pairs() == 1);
     CHECK(renew(false));
+}
+
+TEST_CASE("pages of a ring that somebody keeps in a pipe show no later frame", "[ipc]") {
+    // They are neither a mapping nor a descriptor: nothing tells the writer of them.
+    TestRing ring(64, 48, 2);
+    int ends[2];
+    REQUIRE(::pipe2(ends, O_CLOEXEC) == 0);
+    const UniqueFd out(ends[0]);
+    const UniqueFd in(ends[1]);
+    {
+        const Result<ReaderFds> fds = ring.writer().reader_fds(false);
+        REQUIRE(fds);
+        void *memory = ::mmap(nullptr, 4096, PROT_READ, MAP_SHARED, fds->depth.get(), 0);
+        REQUIRE(memory != MAP_FAILED);
+        iovec pages = {memory, 4096};
+        REQUIRE(::vmsplice(in.get(), &pages, 1, 0) == 4096);
+        ::munmap(memory, 4096);
+    }
+    ring.publish();
+    REQUIRE(ring.writer().renew(false));
+    ring.publish();
+    for (int i = 0; i < 5; ++i) { // whatever is used again would be by then
+        ring.writer().collect();
+        REQUIRE(ring.writer().pairs() == 1);
+        REQUIRE(ring.writer().renew(false));
+        ring.publish();
+    }
+    std::vector<unsigned char> page(4096);
+    REQUIRE(::read(out.get(), page.data(), page.size()) == 4096);
+    afterglow_ring_header header = {};
+    std::memcpy(&header, page.data(), sizeof header);
+    CHECK(header.head == 1);
+    std::uint64_t sequence = 0;
+    std::memcpy(&sequence, page.data() + header.header_size, sizeof sequence);
+    CHECK(sequence == 2); // of frame 0
 }
 
 TEST_CASE("a ring renewed faster than it is used keeps what is in use", "[ipc]") {

@@ -117,9 +117,15 @@ TEST_CASE("a stream that cannot be opened says why, also in a poll loop", "[ipc]
         const char *name;
         int error;
     } answers[] = {
-        {SD_BUS_ERROR_ACCESS_DENIED, -EACCES}, {SD_BUS_ERROR_LIMITS_EXCEEDED, -ENOBUFS},
-        {"org.afterglow.Error.Busy", -EBUSY},  {SD_BUS_ERROR_UNKNOWN_METHOD, -EHOSTUNREACH},
+        {SD_BUS_ERROR_ACCESS_DENIED, -EACCES},
+        {SD_BUS_ERROR_LIMITS_EXCEEDED, -ENOBUFS},
+        {"org.afterglow.Error.Busy", -EBUSY},
+        {SD_BUS_ERROR_UNKNOWN_METHOD, -EHOSTUNREACH},
         {SD_BUS_ERROR_INVALID_ARGS, -EINVAL},
+        {"System.Error.EAGAIN", -EPROTO}, // a daemon that means mischief
+        {"System.Error.EINPROGRESS", -EPROTO},
+        {"System.Error.ECONNRESET", -EPROTO},
+        {"com.example.Unheard", -EIO},
     };
     for (const auto &answer : answers) {
         INFO(answer.name);
