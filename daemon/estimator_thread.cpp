@@ -38,7 +38,12 @@ Result<std::unique_ptr<EstimatorThread>> EstimatorThread::create(Rig rig, const 
         RingWriter::create(rig.color->intrinsics(), config.daemon.ring_slots);
     if (!ring)
         return ring.error();
-    Result<std::unique_ptr<StreamNotifier>> streams = StreamNotifier::create(**ring);
+    Result<std::unique_ptr<StreamNotifier>> streams =
+        StreamNotifier::create(**ring, [priority = config.daemon.realtime_priority] {
+            // If it is refused, it is to the estimator thread as well, which says so.
+            if (priority > 0)
+                static_cast<void>(become_realtime(priority));
+        });
     if (!streams)
         return streams.error();
     UniqueFd wake = make_eventfd();

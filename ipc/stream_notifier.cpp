@@ -42,7 +42,8 @@ bool hung_up(const UniqueFd &socket) {
 
 } // namespace
 
-Result<std::unique_ptr<StreamNotifier>> StreamNotifier::create(RingWriter &ring) {
+Result<std::unique_ptr<StreamNotifier>> StreamNotifier::create(RingWriter &ring,
+                                                               std::function<void()> at_start) {
     UniqueFd epoll(::epoll_create1(EPOLL_CLOEXEC));
     UniqueFd frames(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC));
     UniqueFd event(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC));
@@ -51,14 +52,19 @@ Result<std::unique_ptr<StreamNotifier>> StreamNotifier::create(RingWriter &ring)
     if (!epoll || !frames || !event ||
         ::epoll_ctl(epoll.get(), EPOLL_CTL_ADD, frames.get(), &wake) < 0)
         return Error{fmt::format("cannot announce frames: {}", std::strerror(errno)), errno};
-    return std::unique_ptr<StreamNotifier>(
-        new StreamNotifier(ring, std::move(epoll), std::move(frames), std::move(event)));
+    return std::unique_ptr<StreamNotifier>(new StreamNotifier(
+        ring, std::move(epoll), std::move(frames), std::move(event), std::move(at_start)));
 }
 
-StreamNotifier::StreamNotifier(RingWriter &ring, UniqueFd epoll, UniqueFd frames, UniqueFd event)
+StreamNotifier::StreamNotifier(RingWriter &ring, UniqueFd epoll, UniqueFd frames, UniqueFd event,
+                               std::function<void()> at_start)
     : ring_(ring), epoll_(std::move(epoll)), frames_(std::move(frames)), event_(std::move(event)),
       announced_(ring.head()) {
-    thread_ = std::thread([this] { run(); });
+    thread_ = std::thread([this, prepare = std::move(at_start)] {
+        if (prepare)
+            prepare();
+        run();
+    });
 }
 
 StreamNotifier::~StreamNotifier() {

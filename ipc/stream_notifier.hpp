@@ -48,8 +48,10 @@ public:
     /// The least time between renewals of the memory that clients cause.
     static constexpr std::chrono::milliseconds renewal_pause{1000};
 
-    /// Starts the thread. `ring` outlives the notifier. Errors: the errno of a descriptor.
-    static Result<std::unique_ptr<StreamNotifier>> create(RingWriter &ring);
+    /// Starts the thread, which calls `at_start` first, if any: to give itself a priority. `ring`
+    /// outlives the notifier. Errors: the errno of a descriptor.
+    static Result<std::unique_ptr<StreamNotifier>> create(RingWriter &ring,
+                                                          std::function<void()> at_start = {});
     /// Ends all streams.
     ~StreamNotifier();
     StreamNotifier(const StreamNotifier &) = delete;
@@ -84,7 +86,8 @@ private:
         std::uint64_t renewal = 0; ///< of the memory sent last
     };
 
-    StreamNotifier(RingWriter &ring, UniqueFd epoll, UniqueFd frames, UniqueFd event);
+    StreamNotifier(RingWriter &ring, UniqueFd epoll, UniqueFd frames, UniqueFd event,
+                   std::function<void()> at_start);
     void run();
     /// Handles what came; true when the main thread is to know.
     bool turn(std::span<const epoll_event> events);
