@@ -218,6 +218,9 @@ TEST_CASE("libafterglow refuses structs whose size was not set", "[ipc]") {
         CHECK(afterglow_read_latest(stream.get(), &frame, nullptr, 0) == -EINVAL);
         CHECK(afterglow_peek(stream.get(), &frame, nullptr, 0) == -EINVAL);
         CHECK(afterglow_read(stream.get(), 0, &frame, nullptr, 0) == -EINVAL);
+    }
+    for (const std::uint32_t size : {0U, 23U, 4097U, 0xdeadbeefU}) {
+        INFO(size);
         afterglow_options options = {};
         options.size = size;
         afterglow_stream *opened = nullptr;
