@@ -5,9 +5,9 @@
 #include "core/base/result.hpp"
 #include "core/estimator_options.hpp"
 #include "core/gate.hpp"
+#include "core/power_model.hpp"
 #include "drivers/simulated/replay.hpp"
 #include "drivers/simulated/synthetic/synthetic.hpp"
-#include "ipc/power_model.hpp"
 
 #include <cstdint>
 #include <string>

@@ -4,8 +4,8 @@
 #include "afterglow/ring.h"
 #include "core/base/result.hpp"
 #include "core/gate.hpp"
+#include "core/power_model.hpp"
 #include "ipc/daemon_events.hpp"
-#include "ipc/power_model.hpp"
 
 #include <systemd/sd-event.h>
 

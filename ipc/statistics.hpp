@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "core/power_model.hpp"
 #include "ipc/daemon_events.hpp"
-#include "ipc/power_model.hpp"
 
 #include <array>
 #include <cstddef>
@@ -47,7 +47,7 @@ public:
     /// CPU seconds that the process used for each second of the stream, measured; 0 before the
     /// second image. Time in which the cameras sleep does not count.
     double cpu_load() const;
-    /// Watts that depth costs at that duty cycle and CPU load (ipc/power_model.hpp).
+    /// Watts that depth costs at that duty cycle and CPU load (core/power_model.hpp).
     double estimated_power() const { return power_.system_w(duty_cycle() / 100, cpu_load()); }
     /// Of the last frame, percent; negative: not predicted.
     double expected_error() const { return expected_error_; }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ipc/power_model.hpp"
+#include "core/power_model.hpp"
 #include "tests/catch.hpp"
 
 using namespace afterglow;
