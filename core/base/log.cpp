@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <sys/stat.h>
 
+#include <atomic>
 #include <cerrno>
 #include <cstdlib>
 #include <exception>
@@ -21,13 +22,43 @@ bool stderr_is_journal() {
            fmt::format("{}:{}", status.st_dev, status.st_ino) == stream;
 }
 
+std::atomic<int> least_urgent = 7;
+
+std::atomic<LogTarget> &target_variable() {
+    static std::atomic<LogTarget> target =
+        stderr_is_journal() ? LogTarget::journal : LogTarget::console;
+    return target;
+}
+
 } // namespace
 
+int log_level() noexcept {
+    return least_urgent.load(std::memory_order_relaxed);
+}
+
+void set_log_level(int level) noexcept {
+    least_urgent.store(level, std::memory_order_relaxed);
+}
+
+LogTarget log_target() noexcept {
+    return target_variable().load(std::memory_order_relaxed);
+}
+
+bool set_log_target(LogTarget target) noexcept {
+    if (target == LogTarget::journal && !stderr_is_journal())
+        return false;
+    target_variable().store(target, std::memory_order_relaxed);
+    return true;
+}
+
 void log(Priority priority, std::string_view sentence) noexcept {
+    const LogTarget target = log_target();
+    if (static_cast<int>(priority) > log_level() || target == LogTarget::null)
+        return;
     try {
-        static const bool journal = stderr_is_journal();
-        const std::string prefix = journal ? fmt::format("<{}>", static_cast<int>(priority))
-                                           : fmt::format("{}: ", ::program_invocation_short_name);
+        const std::string prefix = target == LogTarget::journal
+                                       ? fmt::format("<{}>", static_cast<int>(priority))
+                                       : fmt::format("{}: ", ::program_invocation_short_name);
         const std::string line = fmt::format("{}{}\n", prefix, sentence);
         // One call, so that lines of several threads do not mix.
         [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, line.data(), line.size());

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "core/base/log.hpp"
 #include "daemon/note_log.hpp"
+#include "tests/captured_stderr.hpp"
 #include "tests/catch.hpp"
 
 #include <string>
@@ -25,4 +27,22 @@ TEST_CASE("the log truncates a message that is too long") {
     const Note note = Note::of(Priority::error, sentence);
     CHECK(note.sentence() == sentence.substr(0, note.text.size()));
     CHECK(Note::of(Priority::error, "").sentence().empty());
+}
+
+TEST_CASE("the log leaves out what is less urgent than its level, and all without a target") {
+    const int level = log_level();
+    std::string text;
+    {
+        const CapturedStderr captured;
+        set_log_level(static_cast<int>(Priority::warning));
+        log(Priority::info, "one");
+        log(Priority::warning, "two");
+        set_log_target(LogTarget::null);
+        log(Priority::error, "three");
+        set_log_target(LogTarget::console);
+        log(Priority::error, "four");
+        set_log_level(level);
+        text = captured.text();
+    }
+    CHECK(text == "unit_tests: two\nunit_tests: four\n");
 }
