@@ -2,6 +2,7 @@
 #include "daemon/capture_session.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <ctime>
 
@@ -15,10 +16,8 @@ std::chrono::nanoseconds BackOff::next() {
 
 CaptureSession::CaptureSession(Rig &rig, const Config &config, WorkerPool &pool, RingWriter &ring,
                                const StreamNotifier &streams, Outbox &outbox)
-    : run_without_readers_(config.daemon.run_without_readers),
-      linger_(static_cast<std::int64_t>(1e9 * config.daemon.linger_s)), ring_(ring),
-      streams_(streams), outbox_(outbox),
-      loop_(rig, pipeline_factory(config.estimator, pool), config.gate) {}
+    : run_without_readers_(config.daemon.run_without_readers), ring_(ring), streams_(streams),
+      outbox_(outbox), loop_(rig, pipeline_factory(config.estimator, pool), config.gate) {}
 
 CaptureSession::~CaptureSession() {
     loop_.stop();
@@ -86,7 +85,7 @@ void CaptureSession::obey(const Orders &orders) {
 /// Whether the cameras are to run: a stream is open, or was until a moment ago.
 bool CaptureSession::wanted(const Orders &orders, Time now) {
     if (orders.run)
-        wanted_until_ = now + linger_;
+        wanted_until_ = now + std::chrono::nanoseconds(std::llround(1e9 * orders.linger_s));
     return orders.run || run_without_readers_ || now < wanted_until_;
 }
 

@@ -20,6 +20,7 @@ struct Orders {
     GatePolicy policy = {};
     std::optional<Intrinsics> camera = {}; ///< calibration; nothing: what the source says
     std::uint64_t measurements = 0;        ///< asked for so far: one more wants one more
+    double linger_s = 0;                   ///< that the cameras go on after the last stream's end
     bool run = false;                      ///< a stream is open
     bool stop = false;                     ///< end the thread
 };
@@ -42,7 +43,7 @@ private:
 ///                  ▲▼                     any of them ─▶ stopped            the recording is over
 ///              color-lost
 ///
-/// The cameras go on for Config::Daemon::linger_s after the last stream's end, so that a reader
+/// The cameras go on for Orders::linger_s after the last stream's end, so that a reader
 /// that comes back finds them tracking. When they fall asleep the ring is cleared.
 ///
 /// Runs on the estimator thread; allocates nothing while no device fails. The caller passes the
@@ -87,7 +88,6 @@ private:
     void damaged(std::string_view why);
 
     const bool run_without_readers_;
-    const std::chrono::nanoseconds linger_;
     RingWriter &ring_;
     const StreamNotifier &streams_;
     Outbox &outbox_;

@@ -59,8 +59,10 @@ EstimatorThread::EstimatorThread(Rig rig, const Config &config, std::unique_ptr<
                                  std::unique_ptr<StreamNotifier> streams, UniqueFd wake,
                                  UniqueFd orders)
     : rig_(std::move(rig)), config_(config), ring_(std::move(ring)), streams_(std::move(streams)),
-      outbox_(std::move(wake)), order_fd_(std::move(orders)), orders_({.policy = config.gate}) {
-    given_.policy = config.gate;
+      outbox_(std::move(wake)),
+      order_fd_(std::move(orders)), given_{.policy = config.gate,
+                                           .linger_s = config.daemon.linger_s},
+      orders_(given_) {
     thread_ = std::thread([this] { run(); });
 }
 
@@ -82,6 +84,11 @@ void EstimatorThread::measure() {
 
 void EstimatorThread::set_camera(const Intrinsics &camera) {
     given_.camera = camera;
+    give();
+}
+
+void EstimatorThread::set_linger(double seconds) {
+    given_.linger_s = seconds;
     give();
 }
 

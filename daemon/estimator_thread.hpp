@@ -40,6 +40,8 @@ public:
     void measure();
     /// Another calibration of the colour camera; of the same size.
     void set_camera(const Intrinsics &camera);
+    /// How long the cameras go on after the last stream's end, from the next one on.
+    void set_linger(double seconds);
     /// Whether a stream is open. If not, the cameras stop after a while, unless configured to run
     /// without readers.
     void set_wanted(bool wanted);
@@ -67,12 +69,11 @@ private:
     std::unique_ptr<StreamNotifier> streams_;
     Outbox outbox_;
     UniqueFd order_fd_;
+    Orders given_; ///< used by the main thread only, as turns_seen_
     Mailbox<Orders> orders_;
     std::atomic<std::uint64_t> turns_ = 0;
     std::atomic<bool> failed_ = false;
 
-    // Used by the main thread only.
-    Orders given_;
     std::uint64_t turns_seen_ = 0;
 
     std::thread thread_;

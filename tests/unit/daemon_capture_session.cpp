@@ -16,7 +16,6 @@ namespace {
 Config configured(bool run_without_readers = false) {
     Config config;
     config.daemon.run_without_readers = run_without_readers;
-    config.daemon.linger_s = 0;
     return config;
 }
 
@@ -46,7 +45,7 @@ struct Fixture {
     std::unique_ptr<RingWriter> ring = std::move(*RingWriter::create(cameras.camera, 2));
     std::unique_ptr<StreamNotifier> streams = std::move(*StreamNotifier::create(*ring));
     CaptureSession session;
-    Orders orders = {.run = true};
+    Orders orders = {.policy = {}, .run = true};
     CaptureSession::Time now = CaptureSession::Time(1h);
 };
 
@@ -86,9 +85,8 @@ TEST_CASE("the capture session runs the cameras from the first reader to the las
 }
 
 TEST_CASE("the cameras go on for a while after the last reader has left") {
-    Config config = configured();
-    config.daemon.linger_s = 2;
-    Fixture fixture(config);
+    Fixture fixture;
+    fixture.orders.linger_s = 2;
     fixture.turn();
     fixture.orders.run = false;
     CHECK(fixture.turn(1s) == 0ns);
