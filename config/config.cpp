@@ -5,13 +5,16 @@
 #include "core/base/printable.hpp"
 
 #include <fmt/format.h>
+#include <system_error>
 #include <toml++/toml.h>
 
 #include <algorithm>
 #include <cerrno>
+#include <compare>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <map>
 #include <optional>
 #include <sstream>
@@ -35,87 +38,120 @@ std::optional<Value> value_of(const toml::node &node) {
     return std::nullopt;
 }
 
-/// Takes a parsed document into a Config and gathers what is wrong with it.
+bool is_policy(std::string_view key) {
+    return key.starts_with("gate.") || key.starts_with("power.");
+}
+
+/// Takes parsed documents into a Config, the later over the earlier, and gathers what is wrong with
+/// them.
 class Loader {
 public:
-    explicit Loader(std::string path) : path_(std::move(path)) {}
-
-    Result<Config> load(const toml::table &document) {
-        // First, so that every other key of [estimator] overrides it.
-        if (const auto name = document["estimator"]["preset"].value<std::string>())
-            config_.estimator = estimator_preset(*name).value_or(config_.estimator);
-        take_table(document, "");
-        check_drivers(document);
-        check_conflicts();
-        if (problems_.empty()) {
-            resolve_paths();
-            return std::move(config_);
+    /// Parses a file's text. A file of `policy_only` may have keys of [gate] and [power] only.
+    void add(std::string path, std::string_view text, bool policy_only) {
+        documents_.push_back({std::move(path), {}, policy_only});
+        try {
+            documents_.back().content = toml::parse(text);
+        } catch (const toml::parse_error &error) {
+            problem({documents_.size() - 1, error.source().begin.line},
+                    printable(error.description()));
         }
+    }
+
+    Result<Config> load() && {
+        if (problems_.empty())
+            take_documents();
+        if (problems_.empty())
+            return std::move(config_);
         std::stable_sort(problems_.begin(), problems_.end(),
-                         [](const Problem &a, const Problem &b) { return a.line < b.line; });
+                         [](const Problem &a, const Problem &b) { return a.place < b.place; });
         std::string lines;
-        for (const Problem &problem : problems_)
-            lines += fmt::format("{}{}:{}: {}", lines.empty() ? "" : "\n", printable(path_),
-                                 problem.line, problem.sentence);
+        for (const auto &[place, sentence] : problems_)
+            lines += fmt::format("{}{}:{}: {}", lines.empty() ? "" : "\n",
+                                 printable(documents_[place.document].path), place.line, sentence);
         return Error{lines, EINVAL};
     }
 
 private:
+    struct Document {
+        std::string path;
+        toml::table content;
+        bool policy_only;
+    };
+    struct Place {
+        std::size_t document = 0;
+        unsigned line = 1;
+        auto operator<=>(const Place &) const = default;
+    };
     struct Problem {
-        unsigned line;
+        Place place;
         std::string sentence;
     };
 
-    void problem(unsigned line, std::string_view key, std::string_view what) {
-        problems_.push_back({std::max(line, 1U), fmt::format("{}: {}", printable(key), what)});
+    void problem(Place place, std::string sentence) {
+        problems_.push_back({place, std::move(sentence)});
+    }
+    void problem(Place place, std::string_view key, std::string_view what) {
+        problem(place, fmt::format("{}: {}", printable(key), what));
+    }
+
+    void take_documents() {
+        // First, so that every other key of [estimator] overrides it.
+        for (const Document &document : documents_)
+            if (const auto name = document.content["estimator"]["preset"].value<std::string>())
+                config_.estimator = estimator_preset(*name).value_or(config_.estimator);
+        for (document_ = 0; document_ < documents_.size(); ++document_) {
+            take_table(documents_[document_].content, "");
+            resolve_paths(documents_[document_]);
+        }
+        check_drivers();
+        check_conflicts();
     }
 
     void take_table(const toml::table &table, const std::string &prefix) {
         for (const auto &[key, node] : table) {
             const std::string name = prefix + std::string(key.str());
-            const unsigned line = key.source().begin.line;
-            lines_[name] = line;
+            const Place place = {document_, std::max(key.source().begin.line, 1U)};
+            places_[name] = place;
             if (const auto *inner = node.as_table(); inner && table_.has_section(name))
                 take_table(*inner, name + ".");
             else
-                take_value(name, node, line);
+                take_value(name, node, place);
         }
     }
 
-    void take_value(const std::string &name, const toml::node &node, unsigned line) {
+    void take_value(const std::string &name, const toml::node &node, Place place) {
         const Parameter *parameter = table_.find(name);
         if (!parameter) {
-            problem(line, name,
+            problem(place, name,
                     table_.has_section(name) ? "this is a table, not a value"
                                              : table_.unknown(name, node.is_table()));
+        } else if (documents_[place.document].policy_only && !is_policy(name)) {
+            problem(place, name, "is not of the policy (keys of [gate] and [power] only)");
         } else if (const auto value = value_of(node)) {
             if (const Status assigned = assign(*parameter, *value); !assigned)
-                problem(line, name, assigned.error().message);
+                problem(place, name, assigned.error().message);
         } else {
-            problem(line, name,
+            problem(place, name,
                     fmt::format("this kind of value is not allowed ({})", describe(*parameter)));
         }
     }
 
-    /// Parameters that contradict each other. A key that the file leaves out has line 0.
+    /// Parameters that contradict each other.
     void check_conflicts() {
         if (!problems_.empty())
             return;
         for (const auto &[key, other, sentence] : table_.conflicts())
-            problem(std::max(lines_[std::string(key)], lines_[std::string(other)]), key, sentence);
+            problem(std::max(place_of(key), place_of(other)), key, sentence);
     }
 
-    void check_drivers(const toml::table &document) {
+    void check_drivers() {
         for (const char *device : {"color", "tof", "illuminator"}) {
-            const auto driver = document[device]["driver"];
-            if (driver) {
-                last_driver_line_ = driver.node()->source().begin.line;
-                continue;
-            }
-            const auto table = document[device];
             const std::string name = fmt::format("{}.driver", device);
-            problem(table ? table.node()->source().begin.line : 1, name,
-                    fmt::format("is missing ({})", describe(*table_.find(name))));
+            if (places_.contains(name))
+                last_driver_ = std::max(last_driver_, place_of(name));
+            else
+                problem(place_of(device), name,
+                        fmt::format("is missing ({})", describe(*table_.find(name))));
         }
         if (!problems_.empty())
             return;
@@ -133,11 +169,11 @@ private:
             return driver == "synthetic" || driver == "replay";
         };
         if ((is_simulated(tof) || is_simulated(light)) && (tof != light || color != tof))
-            problem(last_driver_line_, "color.driver, tof.driver, illuminator.driver",
+            problem(last_driver_, "color.driver, tof.driver, illuminator.driver",
                     "must be the same, because synthetic and replay are each one device with "
                     "three faces (all synthetic, or all replay)");
         else if (light.starts_with("openni2") && tof != "openni2")
-            problem(last_driver_line_, "illuminator.driver",
+            problem(last_driver_, "illuminator.driver",
                     fmt::format("{} is the light of a TOF camera of the driver openni2", light));
     }
 
@@ -145,7 +181,7 @@ private:
     void check_devices() {
         const auto require = [&](bool given, const char *key, const char *what) {
             if (!given)
-                problem(last_driver_line_, key, fmt::format("is missing ({})", what));
+                problem(last_driver_, key, fmt::format("is missing ({})", what));
         };
         const auto &[color, tof, light] = std::tie(config_.color, config_.tof, config_.illuminator);
         require(color.driver != ColorDriver::replay || !config_.replay.path.empty(), "replay.path",
@@ -175,7 +211,8 @@ private:
         if (light.on == light.off &&
             (light.driver == LightDriver::led ||
              (light.driver == LightDriver::v4l2_control && light.off_control.empty())))
-            problem(std::max(lines_["illuminator.on"], lines_["illuminator.off"]), "illuminator.on",
+            problem(std::max(place_of("illuminator.on"), place_of("illuminator.off")),
+                    "illuminator.on",
                     fmt::format("{} is not allowed (the same as illuminator.off: the light would "
                                 "never go dark)",
                                 light.on));
@@ -187,18 +224,25 @@ private:
         return parameter.allowed.choices[*std::get_if<EnumField>(&parameter.field)->index];
     }
 
-    void resolve_paths() {
-        if (!config_.replay.path.empty())
-            config_.replay.path =
-                (std::filesystem::absolute(path_).parent_path() / config_.replay.path).string();
+    void resolve_paths(const Document &document) {
+        std::string &path = config_.replay.path;
+        if (document.content["replay"]["path"] && !path.empty())
+            path = (std::filesystem::absolute(document.path).parent_path() / path).string();
     }
 
-    std::string path_;
+    /// Of a key or table; of one that no file has, the begin of the first file.
+    Place place_of(std::string_view key) const {
+        const auto place = places_.find(key);
+        return place == places_.end() ? Place{} : place->second;
+    }
+
+    std::vector<Document> documents_;
+    std::size_t document_ = 0; ///< the one that is taken now
     Config config_;
     ParameterTable table_ = ParameterTable::of(config_);
-    std::map<std::string, unsigned> lines_; ///< of the keys in the file
+    std::map<std::string, Place, std::less<>> places_; ///< of the keys, in the last file with them
     std::vector<Problem> problems_;
-    unsigned last_driver_line_ = 1;
+    Place last_driver_;
 };
 
 Result<std::string> read_text(const std::string &path) {
@@ -215,21 +259,50 @@ Result<std::string> read_text(const std::string &path) {
     return text.str();
 }
 
+/// The drop-ins of a configuration file, in order of name.
+Result<std::vector<std::string>> drop_ins(const std::string &path) {
+    std::vector<std::string> files;
+    const std::string folder = path + ".d";
+    std::error_code error;
+    for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end;
+         entry.increment(error))
+        if (entry->path().extension() == ".toml")
+            files.push_back(entry->path().string());
+    if (error && error != std::errc::no_such_file_or_directory)
+        return Error{fmt::format("{}: cannot be read: {}", printable(folder), error.message()),
+                     error.value()};
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
 } // namespace
 
-Result<Config> load_config(const std::string &path) {
-    const Result<std::string> text = read_text(path);
-    if (!text)
-        return text.error();
-    toml::table document;
-    try {
-        document = toml::parse(*text);
-    } catch (const toml::parse_error &error) {
-        return Error{fmt::format("{}:{}: {}", printable(path), error.source().begin.line,
-                                 printable(error.description())),
-                     EINVAL};
+Result<Config> load_config(const std::string &path, const std::string &policy) {
+    Result<std::vector<std::string>> files = drop_ins(path);
+    if (!files)
+        return files.error();
+    files->insert(files->begin(), path);
+    Loader loader;
+    for (const std::string &file : *files) {
+        const Result<std::string> text = read_text(file);
+        if (!text)
+            return text.error();
+        loader.add(file, *text, false);
     }
-    return Loader(path).load(document);
+    if (!policy.empty()) {
+        const Result<std::string> text = read_text(policy);
+        if (text)
+            loader.add(policy, *text, true);
+        else if (text.error().code != ENOENT)
+            return text.error();
+    }
+    return std::move(loader).load();
+}
+
+Result<Config> parse_config(std::string_view text, const std::string &path) {
+    Loader loader;
+    loader.add(path, text, false);
+    return std::move(loader).load();
 }
 
 } // namespace afterglow

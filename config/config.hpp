@@ -11,6 +11,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 namespace afterglow {
 
@@ -41,6 +42,16 @@ struct Config {
         bool run_without_readers = false; ///< keep the cameras on while nobody reads
         bool exit_at_end = false; ///< leave as soon as a recording ends, even while it is read
     } daemon;
+
+    /// Who may do what, besides root and the daemon's own user: names of groups; "" = everybody.
+    struct Access {
+        std::string depth_group = "afterglow-readers";
+        std::string image_group = "afterglow-images";
+        std::string control_group = "afterglow";
+        bool polkit = true; ///< ask polkit, where it runs, about those whom the groups refuse
+
+        bool operator==(const Access &) const = default;
+    } access;
 
     struct Color {
         ColorDriver driver = ColorDriver::synthetic;
@@ -86,9 +97,14 @@ struct Config {
     PowerModel power;
 };
 
-/// Reads a configuration file. The error's message has one line for each problem:
-/// `file:line: key: what is wrong (what is allowed)`. Relative paths in the file are taken from
-/// the folder it lies in.
-Result<Config> load_config(const std::string &path);
+/// Reads a configuration file, then the files *.toml in the folder `path`.d in order of name, then
+/// the file `policy` if it has a name and exists; each overrides keys of those before it. `policy`
+/// may have keys of [gate] and [power] only. The error's message has one line for each problem:
+/// `file:line: key: what is wrong (what is allowed)`. Relative paths in a file are taken from the
+/// folder it lies in.
+Result<Config> load_config(const std::string &path, const std::string &policy = {});
+
+/// The same of the text of one file; `path` stands in messages and for its folder.
+Result<Config> parse_config(std::string_view text, const std::string &path);
 
 } // namespace afterglow

@@ -158,6 +158,22 @@ void add_daemon_parameters(ParameterTable &table, Config &c) {
               "Keep the cameras on while nobody reads, for a first frame without delay.");
     table.add("daemon.exit_at_end", &c.daemon.exit_at_end, {},
               "End with the recording, for scripts; false waits until its last reader has left.");
+    table.add(
+        "daemon.linger_s", &c.daemon.linger_s, {0, 3600, "s"},
+        "How long the cameras go on after the last reader has left; raise it for readers that "
+        "come and go, 0 to save power.");
+    table.section("access",
+                  "Who may do what, besides root and the daemon's own user: members of these "
+                  "groups; \"\" = everybody. A group that does not exist has no members.");
+    table.add("access.depth_group", &c.access.depth_group, {},
+              "Who may open streams of depth; the control group may, too.");
+    table.add("access.image_group", &c.access.image_group, {},
+              "Who may have the camera's images in a stream, besides the right to depth.");
+    table.add("access.control_group", &c.access.control_group, {},
+              "Who may change policy, hold modes, request accuracy and reload.");
+    table.add("access.polkit", &c.access.polkit, {},
+              "Ask polkit, where it runs, about those whom the groups refuse; false where groups "
+              "alone decide.");
     table.section("power",
                   "What the estimated power on D-Bus is computed from: tof_w for the share of the "
                   "frames lit, idle_w, and core_w for each CPU second per second of the stream, "

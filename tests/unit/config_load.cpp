@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/config.hpp"
 #include "tests/catch.hpp"
+#include "tests/temporary_folder.hpp"
 
 #include <sys/stat.h>
 
@@ -286,4 +287,52 @@ TEST_CASE("a TOML syntax error is reported with its line") {
     CHECK(problems(drivers + "# \xff\xfe\n").find("a.toml:7: ") == 0);
     CHECK(problems(std::string("\0\0\0\0", 4)).find("a.toml:1: ") == 0);
     CHECK(problems(drivers + "[gate]\nmode = \"auto").find('\n') == std::string::npos);
+}
+
+TEST_CASE("drop-ins override the configuration file in order of name, the policy file all") {
+    const TemporaryFolder folder;
+    const std::string main = folder.write("a.toml", drivers + "[gate]\ntarget_mre = 1\n"
+                                                              "budget_burst = 1\n"
+                                                              "coverage_floor = 1\n"
+                                                              "interval_frames = 1\n");
+    folder.write("a.toml.d/20-b.toml", "gate.coverage_floor = 3\ngate.interval_frames = 3\n");
+    folder.write("a.toml.d/10-a.toml", "gate.budget_burst = 2\ngate.coverage_floor = 2\n"
+                                       "gate.interval_frames = 2\nreplay.path = \"room\"\n");
+    folder.write("a.toml.d/notes.txt", "no TOML");
+    const std::string policy = folder.write("policy.toml", "gate.interval_frames = 4\n");
+    const Result<Config> config = load_config(main, policy);
+    REQUIRE(config);
+    CHECK(config->gate.target_mre == 1);
+    CHECK(config->gate.budget_burst == 2);
+    CHECK(config->gate.coverage_floor == 3);
+    CHECK(config->gate.interval_frames == 4);
+    CHECK(config->replay.path == folder.path() + "/a.toml.d/room");
+    CHECK(load_config(main, folder.path() + "/none.toml")->gate.interval_frames == 3);
+}
+
+TEST_CASE("a mistake names the file that it is in") {
+    const TemporaryFolder folder;
+    const std::string main = folder.write("a.toml", drivers + "[gate]\ntarget_mre = 0\n");
+    folder.write("a.toml.d/b.toml", "gate.shortest_interval_frames = 20\ngate.mode = 1\n");
+    const std::string policy =
+        folder.write("policy.toml", "gate.longest_interval_frames = 10\ncolor.fps = 3\n");
+    const Result<Config> config = load_config(main, policy);
+    REQUIRE_FALSE(config);
+    CHECK(config.error().message ==
+          main + ":8: gate.target_mre: 0 is not allowed (a number from 0.01 to 100 percent)\n" +
+              main +
+              ".d/b.toml:2: gate.mode: 1 is not allowed (one of auto, always-on, interval, "
+              "off)\n" +
+              policy + ":2: color.fps: is not of the policy (keys of [gate] and [power] only)");
+}
+
+TEST_CASE("values of two files that contradict each other are refused") {
+    const TemporaryFolder folder;
+    const std::string main =
+        folder.write("a.toml", drivers + "[gate]\nshortest_interval_frames = 20\n");
+    const std::string policy = folder.write("policy.toml", "gate.longest_interval_frames = 10\n");
+    const Result<Config> config = load_config(main, policy);
+    REQUIRE_FALSE(config);
+    CHECK(config.error().message.starts_with(policy + ":1: gate.shortest_interval_frames: 20 is "
+                                                      "not allowed"));
 }
