@@ -16,6 +16,8 @@ struct PowerModel {
     double idle_w = 0.19;  ///< P_idle, processor and memory that do nothing: 0.16 + 0.03
     double core_w = 0.125; ///< P_core, what a busy core adds: (0.63 + 0.06 - idle_w) / 4
 
+    bool operator==(const PowerModel &) const = default;
+
     /// P. `duty_cycle`: d, 0..1. `cpu_load`: c.
     double system_w(double duty_cycle, double cpu_load) const {
         return duty_cycle * tof_w + idle_w + cpu_load * core_w;

@@ -26,8 +26,7 @@ constexpr int exit_usage = 2;
 constexpr int exit_configuration = 78; ///< EX_CONFIG of sysexits.h
 
 struct Arguments {
-    std::string config = AFTERGLOW_CONFIG_FILE;
-    std::string bus;
+    afterglow::ConfigurationFiles files{AFTERGLOW_CONFIG_FILE, {}, {}};
     bool has_config = false;
     bool check = false;
     bool print_config = false;
@@ -52,22 +51,21 @@ int print(const std::string &text) {
 int run(const Arguments &arguments) {
     if (arguments.print_reference)
         return print(afterglow::reference_page());
-    afterglow::Result<afterglow::Config> config = arguments.print_config && !arguments.has_config
-                                                      ? afterglow::Config{}
-                                                      : afterglow::load_config(arguments.config);
+    const afterglow::Result<afterglow::Config> config =
+        arguments.print_config && !arguments.has_config
+            ? afterglow::Config{}
+            : afterglow::read_configuration(arguments.files);
     if (!config)
         return fail(config.error(), exit_configuration);
     if (arguments.check)
-        return print(fmt::format("{}: good\n", arguments.config));
+        return print(fmt::format("{}: good\n", arguments.files.config));
     if (arguments.darken) {
         const afterglow::Status dark = afterglow::darken(*config);
         return dark ? exit_clean : fail(dark.error(), exit_failure);
     }
-    if (!arguments.bus.empty())
-        config->daemon.bus = arguments.bus;
     if (arguments.print_config)
         return print(afterglow::to_toml(*config));
-    const afterglow::Status served = afterglow::serve(*config);
+    const afterglow::Status served = afterglow::serve(*config, arguments.files);
     return served ? exit_clean : fail(served.error(), exit_failure);
 }
 
@@ -84,21 +82,26 @@ void keep_standard_streams() {
 int main(int argc, char **argv) {
     keep_standard_streams();
     std::signal(SIGPIPE, SIG_IGN); // a reader of our log that leaves must not end us
+    std::signal(SIGHUP, SIG_IGN);  // nor a reload before there is something to reload
     Arguments arguments;
     CLI::App app("Gives depth for every camera frame, with the TOF illuminator dark most of the "
                  "time.",
                  "afterglowd");
     app.set_version_flag("--version", AFTERGLOW_VERSION);
-    auto *config = app.add_option("--config", arguments.config, "configuration file")
+    auto *config = app.add_option("--config", arguments.files.config,
+                                  "configuration file; the files FILE.d/*.toml override it")
                        ->type_name("FILE")
                        ->capture_default_str();
     auto *bus = app.add_option_group("bus", "where to be found; overrides the configuration");
     bus->add_flag_callback(
-        "--system", [&] { arguments.bus = "system"; }, "the system bus");
+        "--system", [&] { arguments.files.bus = "system"; }, "the system bus");
     bus->add_flag_callback(
-        "--session", [&] { arguments.bus = "session"; }, "the session bus");
-    bus->add_option("--bus", arguments.bus, "the bus at an address")->type_name("ADDRESS");
+        "--session", [&] { arguments.files.bus = "session"; }, "the session bus");
+    bus->add_option("--bus", arguments.files.bus, "the bus at an address")->type_name("ADDRESS");
     bus->require_option(0, 1);
+    app.add_option("--policy", arguments.files.policy,
+                   "what SavePolicy on D-Bus writes, and what overrides the configuration")
+        ->type_name("FILE");
     auto *check = app.add_flag("--check", arguments.check,
                                "only check the configuration, and say what is wrong with it");
     app.add_flag("--darken", arguments.darken,

@@ -10,9 +10,21 @@
 namespace afterglow {
 
 struct BusCloser {
-    void operator()(sd_bus *bus) const { sd_bus_flush_close_unref(bus); }
+    /// Waits for nobody: what the bus has not taken yet is lost.
+    void operator()(sd_bus *bus) const { sd_bus_close_unref(bus); }
 };
 using Bus = std::unique_ptr<sd_bus, BusCloser>;
+
+struct BusMessageUnref {
+    void operator()(sd_bus_message *message) const { sd_bus_message_unref(message); }
+};
+using BusMessage = std::unique_ptr<sd_bus_message, BusMessageUnref>;
+
+struct BusSlotUnref {
+    void operator()(sd_bus_slot *slot) const { sd_bus_slot_unref(slot); }
+};
+/// A registration, or a call in flight: ends with the object.
+using BusSlot = std::unique_ptr<sd_bus_slot, BusSlotUnref>;
 
 /// Why a bus could not be connected to, in words; `error` is the negative errno of open_bus().
 inline const char *bus_problem(int error) {

@@ -1,277 +1,340 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ipc/service.hpp"
 
-#include "ipc/bus.hpp"
-#include "ipc/statistics.hpp"
-#include "ipc/stream_notifier.hpp"
+#include "core/base/printable.hpp"
+#include "ipc/call_rights.hpp"
+#include "ipc/errors.hpp"
+#include "ipc/log_control.hpp"
+#include "ipc/service_names.hpp"
 
 #include <fmt/format.h>
 
 #include <cerrno>
-#include <cstring>
-#include <functional>
-#include <string_view>
+#include <chrono>
+#include <utility>
 
 namespace afterglow {
 namespace {
 
-constexpr const char *bus_name = "org.afterglow.Depth1";
-constexpr const char *object_path = "/org/afterglow/Depth1";
-constexpr const char *interface_name = "org.afterglow.Depth1";
+constexpr std::size_t longest_reason = 200; ///< bytes
 
-int connect(const BusOptions &options, Bus &bus) {
-    switch (options.kind) {
-    case BusOptions::Kind::system:
-        return open_bus("system", bus);
-    case BusOptions::Kind::session:
-        return open_bus("session", bus);
-    case BusOptions::Kind::address:
-        break;
-    }
-    return open_bus(options.address.c_str(), bus);
+/// Says why a limit or the system refused.
+int refuse(sd_bus_error *error, const Error &why) {
+    return sd_bus_error_setf(
+        error, why.code == EDQUOT ? SD_BUS_ERROR_LIMITS_EXCEEDED : SD_BUS_ERROR_FAILED, "%s",
+        why.message.c_str());
 }
 
-std::string name_of(const BusOptions &options) {
-    switch (options.kind) {
-    case BusOptions::Kind::system:
-        return "the system bus";
-    case BusOptions::Kind::session:
-        return "the session bus";
-    case BusOptions::Kind::address:
-        break;
-    }
-    return fmt::format("the bus at {}", options.address);
-}
-
-/// The user at the other end of a call, as the bus vouches for it.
-int sender_of(sd_bus_message *call, uid_t &user) {
-    sd_bus_creds *credentials = nullptr;
-    if (const int error = sd_bus_query_sender_creds(call, SD_BUS_CREDS_EUID, &credentials);
-        error < 0)
-        return error;
-    const int error = sd_bus_creds_get_euid(credentials, &user);
-    sd_bus_creds_unref(credentials);
-    return error;
-}
-
-/// Refuses unknown options: one that is misunderstood must not be ignored.
-int read_options(sd_bus_message *call, bool &images, sd_bus_error *error) {
-    if (const int opened = sd_bus_message_enter_container(call, 'a', "{sv}"); opened < 0)
-        return opened;
-    int entries = 0;
-    while ((entries = sd_bus_message_enter_container(call, 'e', "sv")) > 0) {
-        const char *option = nullptr;
-        int value = 0;
-        if (const int read = sd_bus_message_read(call, "s", &option); read < 0)
-            return read;
-        if (std::strcmp(option, "images") != 0)
-            return sd_bus_error_setf(error, SD_BUS_ERROR_INVALID_ARGS,
-                                     "OpenStream has no option '%s'.", option);
-        if (sd_bus_message_read(call, "v", "b", &value) < 0)
-            return sd_bus_error_setf(error, SD_BUS_ERROR_INVALID_ARGS,
-                                     "OpenStream's option 'images' is a boolean.");
-        images = value != 0;
-        if (const int left = sd_bus_message_exit_container(call); left < 0)
-            return left;
-    }
-    return entries < 0 ? entries : sd_bus_message_exit_container(call);
-}
-
-/// "auto, always-on, interval, off".
 std::string mode_names() {
     std::string names;
     for (const GateMode mode :
-         {GateMode::automatic, GateMode::always_on, GateMode::interval, GateMode::off}) {
-        names += names.empty() ? "" : ", ";
-        names += to_string(mode);
-    }
+         {GateMode::automatic, GateMode::always_on, GateMode::interval, GateMode::off})
+        names += (names.empty() ? "" : ", ") + std::string(to_string(mode));
     return names;
 }
 
-int append(sd_bus_message *reply, std::uint64_t value) {
-    return sd_bus_message_append_basic(reply, 't', &value);
-}
-int append(sd_bus_message *reply, std::uint32_t value) {
-    return sd_bus_message_append_basic(reply, 'u', &value);
-}
-int append(sd_bus_message *reply, double value) {
-    return sd_bus_message_append_basic(reply, 'd', &value);
-}
-int append(sd_bus_message *reply, std::string_view value) {
-    return sd_bus_message_append_basic(reply, 's', std::string(value).c_str());
+int append_request(sd_bus_message *reply, const Requests::Request &request,
+                   std::chrono::nanoseconds now) {
+    const Wish &wish = request.wish;
+    const auto age = std::chrono::duration_cast<std::chrono::milliseconds>(
+        now - std::chrono::nanoseconds(request.since_ns));
+    const bool is_mode = wish.kind == Wish::Kind::mode;
+    return sd_bus_message_append(
+        reply, "a{sv}", 12,                                                    //
+        "id", "t", request.id,                                                 //
+        "kind", "s", is_mode ? "mode" : "accuracy",                            //
+        "owner", "s", request.owner->name.c_str(),                             //
+        "user", "u", std::uint32_t{request.owner->user},                       //
+        "pid", "u", static_cast<std::uint32_t>(request.owner->process),        //
+        "reason", "s", wish.reason.c_str(),                                    //
+        "since_ms", "t", static_cast<std::uint64_t>(age.count()),              //
+        "max_relative_error", "d", wish.max_relative_error,                    //
+        "max_age_ms", "u", wish.max_age_ms,                                    //
+        "mode", "s", is_mode ? std::string(to_string(wish.mode)).c_str() : "", //
+        "kept", "b", static_cast<int>(request.obstacle == Obstacle::none),     //
+        "why", "s", std::string(to_string(request.obstacle)).c_str());
 }
 
 } // namespace
 
-struct DepthService::State {
-    State(StreamNotifier &open_streams, GateMode gate_mode, const PowerModel &power,
-          ServiceControl &service_control)
-        : streams(open_streams), statistics(power), mode(gate_mode), control(service_control) {}
-
-    int open_stream(sd_bus_message *call, sd_bus_error *error);
-    int reset_statistics(sd_bus_message *call);
-    int set_mode(sd_bus_message *value, sd_bus_error *error);
-    void changed(const char *property);
-    std::string_view mode_name() const { return to_string(mode); }
-    std::string_view state_name() const { return to_string(daemon_state); }
-    std::uint32_t stream_count() const { return static_cast<std::uint32_t>(streams.count()); }
-    std::string_view version() const { return AFTERGLOW_VERSION; }
-    static const sd_bus_vtable vtable[];
-
-    Bus bus;
-    StreamNotifier &streams;
-    Statistics statistics;
-    DaemonState daemon_state = DaemonState::starting;
-    GateMode mode;
-    ServiceControl &control;
-
-private:
-    /// Answers a request for a property with what `value(state)` gives.
-    template <auto value>
-    static int get(sd_bus * /*bus*/, const char * /*path*/, const char * /*interface*/,
-                   const char * /*property*/, sd_bus_message *reply, void *state,
-                   sd_bus_error * /*error*/) {
-        return append(reply, std::invoke(value, *static_cast<const State *>(state)));
-    }
-    /// The same with what `value(state.statistics)` gives.
-    template <auto value>
-    static int get_statistic(sd_bus * /*bus*/, const char * /*path*/, const char * /*interface*/,
-                             const char * /*property*/, sd_bus_message *reply, void *state,
-                             sd_bus_error * /*error*/) {
-        return append(reply, std::invoke(value, static_cast<const State *>(state)->statistics));
-    }
-};
-
-// What org.afterglow.Depth1.xml says, in its order.
-const sd_bus_vtable DepthService::State::vtable[] = {
-    SD_BUS_VTABLE_START(0),
-    SD_BUS_METHOD_WITH_NAMES(
-        "OpenStream", "a{sv}", SD_BUS_PARAM(options), "h", SD_BUS_PARAM(stream),
-        [](sd_bus_message *call, void *state, sd_bus_error *error) {
-            return static_cast<State *>(state)->open_stream(call, error);
-        },
-        SD_BUS_VTABLE_UNPRIVILEGED),
-    SD_BUS_METHOD(
-        "ResetStatistics", "", "",
-        [](sd_bus_message *call, void *state, sd_bus_error * /*error*/) {
-            return static_cast<State *>(state)->reset_statistics(call);
-        },
-        SD_BUS_VTABLE_UNPRIVILEGED),
-    SD_BUS_WRITABLE_PROPERTY(
-        "Mode", "s", get<&State::mode_name>,
-        [](sd_bus * /*bus*/, const char * /*path*/, const char * /*interface*/,
-           const char * /*property*/, sd_bus_message *value, void *state,
-           sd_bus_error *error) { return static_cast<State *>(state)->set_mode(value, error); },
-        0, SD_BUS_VTABLE_PROPERTY_EMITS_CHANGE | SD_BUS_VTABLE_UNPRIVILEGED),
-    SD_BUS_PROPERTY("State", "s", get<&State::state_name>, 0, SD_BUS_VTABLE_PROPERTY_EMITS_CHANGE),
-    SD_BUS_PROPERTY("FramesPublished", "t", get_statistic<&Statistics::published>, 0, 0),
-    SD_BUS_PROPERTY("FramesMeasured", "t", get_statistic<&Statistics::measured>, 0, 0),
-    SD_BUS_PROPERTY("FramesEstimated", "t", get_statistic<&Statistics::estimated>, 0, 0),
-    SD_BUS_PROPERTY("FramesWithoutDepth", "t", get_statistic<&Statistics::without_depth>, 0, 0),
-    SD_BUS_PROPERTY("FramesDamaged", "t", get_statistic<&Statistics::damaged>, 0, 0),
-    SD_BUS_PROPERTY("FramesMissed", "t", get_statistic<&Statistics::missed>, 0, 0),
-    SD_BUS_PROPERTY("DutyCycle", "d", get_statistic<&Statistics::duty_cycle>, 0, 0),
-    SD_BUS_PROPERTY("CpuLoad", "d", get_statistic<&Statistics::cpu_load>, 0, 0),
-    SD_BUS_PROPERTY("EstimatedPower", "d", get_statistic<&Statistics::estimated_power>, 0, 0),
-    SD_BUS_PROPERTY("ExpectedError", "d", get_statistic<&Statistics::expected_error>, 0, 0),
-    SD_BUS_PROPERTY("Coverage", "d", get_statistic<&Statistics::coverage>, 0, 0),
-    SD_BUS_PROPERTY("LatencyP50", "t", get_statistic<&Statistics::latency_p50>, 0, 0),
-    SD_BUS_PROPERTY("LatencyP99", "t", get_statistic<&Statistics::latency_p99>, 0, 0),
-    SD_BUS_PROPERTY("PairingErrorP50", "t", get_statistic<&Statistics::pairing_error_p50>, 0, 0),
-    SD_BUS_PROPERTY("PairingErrorP99", "t", get_statistic<&Statistics::pairing_error_p99>, 0, 0),
-    SD_BUS_PROPERTY("WakeLatency", "t", get_statistic<&Statistics::wake_latency_p50>, 0, 0),
-    SD_BUS_PROPERTY("OpenStreams", "u", get<&State::stream_count>, 0, 0),
-    SD_BUS_PROPERTY("Version", "s", get<&State::version>, 0, SD_BUS_VTABLE_PROPERTY_CONST),
-    SD_BUS_VTABLE_END,
-};
-
-int DepthService::State::open_stream(sd_bus_message *call, sd_bus_error *error) {
-    bool images = false;
-    if (const int refused = read_options(call, images, error); refused < 0)
-        return refused;
-    uid_t user = 0;
-    if (const int unknown = sender_of(call, user); unknown < 0)
-        return unknown;
-    const Result<UniqueFd> socket = streams.open(user, images);
-    if (!socket)
-        return sd_bus_error_setf(error,
-                                 socket.error().code == EDQUOT ? SD_BUS_ERROR_LIMITS_EXCEEDED
-                                                               : SD_BUS_ERROR_FAILED,
-                                 "%s", socket.error().message.c_str());
-    control.set_claims(streams.count());
-    return sd_bus_reply_method_return(call, "h", socket->get());
+DepthService::DepthService(sd_event *event, const BusOptions &bus, const Config &config,
+                           std::string policy_file, StreamNotifier &streams,
+                           ServiceControl &control)
+    : control_(control), streams_(streams), policy_file_(std::move(policy_file)),
+      access_(config.access), policy_(config), effective_(config.gate),
+      properties_signal_(event, [this] { announce_properties(); }),
+      gate_signal_(event, [this] { announce_gate(); }),
+      requests_signal_(event, [this] { announce_requests(); }),
+      requests_(event,
+                [this] {
+                    apply_policy();
+                    requests_signal_.ask();
+                }),
+      measure_calls_(event, [this] { control_.measure(); }),
+      authorization_(config.access, rights_of_call), link_(event, bus, service_name, *this) {
+    situation_.mode = effective_.mode;
 }
-
-int DepthService::State::reset_statistics(sd_bus_message *call) {
-    statistics.reset();
-    return sd_bus_reply_method_return(call, "");
-}
-
-int DepthService::State::set_mode(sd_bus_message *value, sd_bus_error *error) {
-    const char *name = nullptr;
-    if (const int read = sd_bus_message_read(value, "s", &name); read < 0)
-        return read;
-    const std::optional<GateMode> wanted = gate_mode_from_string(name);
-    if (!wanted)
-        return sd_bus_error_setf(error, SD_BUS_ERROR_INVALID_ARGS,
-                                 "There is no mode '%s'; the modes are %s.", name,
-                                 mode_names().c_str());
-    if (*wanted != mode) {
-        mode = *wanted;
-        control.set_mode(mode);
-        changed("Mode");
-    }
-    return 0;
-}
-
-void DepthService::State::changed(const char *property) {
-    sd_bus_emit_properties_changed(bus.get(), object_path, interface_name, property, nullptr);
-}
-
-Result<std::unique_ptr<DepthService>> DepthService::create(sd_event *event, const BusOptions &bus,
-                                                           StreamNotifier &streams, GateMode mode,
-                                                           const PowerModel &power,
-                                                           ServiceControl &control) {
-    const auto failed = [](std::string what, int error) {
-        return Error{fmt::format("cannot {}: {}", what, std::strerror(-error)), -error};
-    };
-    auto state = std::make_unique<State>(streams, mode, power, control);
-    if (const int error = connect(bus, state->bus); error < 0)
-        return Error{fmt::format("cannot connect to {}: {}", name_of(bus), bus_problem(error)),
-                     -error};
-    sd_bus *connection = state->bus.get();
-    if (const int error = sd_bus_add_object_vtable(connection, nullptr, object_path, interface_name,
-                                                   State::vtable, state.get());
-        error < 0)
-        return failed(fmt::format("offer {} on {}", interface_name, name_of(bus)), error);
-    // Requests may come as soon as the name is ours.
-    if (const int error = sd_bus_attach_event(connection, event, SD_EVENT_PRIORITY_NORMAL);
-        error < 0)
-        return failed(fmt::format("listen on {}", name_of(bus)), error);
-    if (const int error = sd_bus_set_exit_on_disconnect(connection, 1); error < 0)
-        return failed(fmt::format("watch {}", name_of(bus)), error);
-    if (const int error = sd_bus_request_name(connection, bus_name, 0); error < 0)
-        return error == -EEXIST
-                   ? Error{fmt::format("another daemon has the name {} on {}", bus_name,
-                                       name_of(bus)),
-                           EEXIST}
-                   : failed(fmt::format("take the name {} on {}", bus_name, name_of(bus)), error);
-    return std::unique_ptr<DepthService>(new DepthService(std::move(state)));
-}
-
-DepthService::DepthService(std::unique_ptr<State> state) : state_(std::move(state)) {}
 
 DepthService::~DepthService() = default;
 
-void DepthService::frame_published(const FrameEvent &event) {
-    state_->statistics.add(event);
+int DepthService::connected(sd_bus *bus) {
+    int error = authorization_.attach(bus);
+    if (error >= 0)
+        error =
+            sd_bus_add_object_vtable(bus, nullptr, service_path, service_interface, vtable(), this);
+    return error < 0 ? error : add_log_control(bus);
 }
 
-void DepthService::set_state(DaemonState state) {
-    if (state == state_->daemon_state)
+void DepthService::disconnected() {
+    authorization_.detach();
+    measure_calls_.clear();
+}
+
+void DepthService::bus_changed(BusState state, const Error &why) {
+    control_.bus_changed(state, why);
+}
+
+void DepthService::configure(const Config &config) {
+    policy_.replace(config);
+    for (const PolicyProperty &property : policy_properties())
+        changed(property.name);
+    apply_policy();
+    if (std::exchange(access_, config.access) == config.access)
         return;
-    state_->daemon_state = state;
-    state_->changed("State");
+    authorization_.set_access(access_);
+    requests_.end_if([&](const Caller &caller) {
+        constexpr Right control[] = {Right::control};
+        return !authorization_.allows(caller, control);
+    });
+    streams_.close_if(
+        [&](const StreamClaim &stream) {
+            return !authorization_.allows(*stream_owners_.at(stream.owner),
+                                          rights_of_stream(stream.images));
+        },
+        EACCES);
+    control_.set_claims(streams_.count());
+}
+
+void DepthService::frame_published(const FrameEvent &event) {
+    statistics_.add(event);
+    situation_.frame = event;
+    if (std::exchange(gate_reason_, event.reason) != event.reason) {
+        gate_frame_ = event.frame.index;
+        gate_signal_.ask();
+    }
+    situation_changed();
+}
+
+void DepthService::cameras_changed(CameraStates cameras) {
+    const CameraStates before = std::exchange(situation_.cameras, cameras);
+    if (before == cameras)
+        return;
+    if (!situation_.running())
+        situation_.frame.reset();
+    const auto tell = [&](Camera camera, CameraState was, CameraState is) {
+        const std::string name(to_string(camera));
+        if (is == CameraState::lost && was != CameraState::lost)
+            sd_bus_emit_signal(link_.get(), service_path, service_interface, "CameraLost", "ss",
+                               name.c_str(),
+                               lost_because_[static_cast<std::size_t>(camera)].c_str());
+        if (is == CameraState::running && was == CameraState::lost)
+            sd_bus_emit_signal(link_.get(), service_path, service_interface, "CameraFound", "s",
+                               name.c_str());
+    };
+    tell(Camera::color, before.color, cameras.color);
+    tell(Camera::tof, before.tof, cameras.tof);
+    for (const char *property : {"State", "ColorCamera", "TofCamera"})
+        changed(property);
+    situation_changed();
+}
+
+void DepthService::camera_lost(Camera camera, std::string_view reason) {
+    lost_because_[static_cast<std::size_t>(camera)] = reason;
+}
+
+int DepthService::open_stream(sd_bus_message *call, sd_bus_error *error) {
+    OpenOptions options;
+    if (const int refused = read_open_options(call, options, error); refused < 0)
+        return refused;
+    if (sd_bus_message_get_expect_reply(call) == 0)
+        return 1; // nobody would get the stream
+    std::shared_ptr<const Caller> caller = authorization_.caller_of(call);
+    const uid_t user = caller->user;
+    const Result<UniqueFd> socket =
+        streams_.open(user, options.images, remember(std::move(caller)));
+    if (!socket)
+        return refuse(error, socket.error());
+    control_.set_claims(streams_.count());
+    return sd_bus_reply_method_return(call, "h", socket->get());
+}
+
+/// Keeps who has a stream, for when rights change. Returns the owner's number for the notifier.
+std::uint64_t DepthService::remember(std::shared_ptr<const Caller> stream_owner) {
+    if (stream_owners_.size() >= 2 * StreamNotifier::most_streams) {
+        std::set<std::uint64_t> live;
+        streams_.close_if(
+            [&](const StreamClaim &stream) {
+                live.insert(stream.owner);
+                return false;
+            },
+            0);
+        std::erase_if(stream_owners_,
+                      [&](const auto &owner) { return !live.contains(owner.first); });
+    }
+    stream_owners_.emplace(next_owner_, std::move(stream_owner));
+    return next_owner_++;
+}
+
+int DepthService::measure(sd_bus_message *call) {
+    return measure_calls_.take(call, situation_);
+}
+
+int DepthService::request_accuracy(sd_bus_message *call, sd_bus_error *error) {
+    Wish wish;
+    const char *reason = nullptr;
+    if (const int read =
+            sd_bus_message_read(call, "dus", &wish.max_relative_error, &wish.max_age_ms, &reason);
+        read < 0)
+        return read;
+    wish.reason = reason;
+    if (wish.max_relative_error == 0 && wish.max_age_ms == 0)
+        return sd_bus_error_set(error, SD_BUS_ERROR_INVALID_ARGS,
+                                "Neither an error nor an age is asked for.");
+    const auto [least, most] = policy_.range("TargetError");
+    if (wish.max_relative_error != 0 &&
+        !(wish.max_relative_error >= least && wish.max_relative_error <= most))
+        return sd_bus_error_setf(error, error_out_of_range,
+                                 "max_relative_error: %g is not allowed (from %g to %g percent, or "
+                                 "0)",
+                                 wish.max_relative_error, least, most);
+    return hold(call, std::move(wish), error);
+}
+
+int DepthService::hold_mode(sd_bus_message *call, sd_bus_error *error) {
+    const char *name = nullptr;
+    const char *reason = nullptr;
+    if (const int read = sd_bus_message_read(call, "ss", &name, &reason); read < 0)
+        return read;
+    const std::optional<GateMode> mode = gate_mode_from_string(name);
+    if (!mode)
+        return sd_bus_error_setf(error, SD_BUS_ERROR_INVALID_ARGS,
+                                 "There is no mode '%s'; the modes are %s.", name,
+                                 mode_names().c_str());
+    return hold(call, Wish{.kind = Wish::Kind::mode, .mode = *mode, .reason = reason}, error);
+}
+
+int DepthService::hold(sd_bus_message *call, Wish wish, sd_bus_error *error) {
+    if (wish.reason.size() > longest_reason || printable(wish.reason) != wish.reason)
+        return sd_bus_error_setf(error, SD_BUS_ERROR_INVALID_ARGS,
+                                 "A reason is one line of at most %zu bytes.", longest_reason);
+    if (sd_bus_message_get_expect_reply(call) == 0)
+        return 1; // nobody would get the descriptor
+    const Result<UniqueFd> held = requests_.add(std::move(wish), authorization_.caller_of(call));
+    if (!held)
+        return refuse(error, held.error());
+    return sd_bus_reply_method_return(call, "h", held->get());
+}
+
+int DepthService::list_requests(sd_bus_message *call) {
+    sd_bus_message *made = nullptr;
+    int result = sd_bus_message_new_method_return(call, &made);
+    const BusMessage reply(made);
+    if (result >= 0)
+        result = sd_bus_message_open_container(made, 'a', "a{sv}");
+    const auto now = std::chrono::steady_clock::now().time_since_epoch();
+    for (const Requests::Request &request : requests_.all())
+        if (result >= 0)
+            result = append_request(made, request, now);
+    if (result >= 0)
+        result = sd_bus_message_close_container(made);
+    return result < 0 ? result : sd_bus_send(nullptr, made, nullptr);
+}
+
+int DepthService::save_policy(sd_bus_message *call, sd_bus_error *error) {
+    if (policy_file_.empty())
+        return sd_bus_error_set(error, error_no_policy_file,
+                                "The daemon was started without --policy FILE.");
+    if (const Status saved = policy_.save(policy_file_); !saved)
+        return refuse(error, saved.error());
+    return sd_bus_reply_method_return(call, "s", policy_file_.c_str());
+}
+
+int DepthService::reload(sd_bus_message *call, sd_bus_error *error) {
+    const Result<std::vector<std::string>> restart_needed = control_.reload();
+    if (!restart_needed)
+        return sd_bus_error_set(error, error_bad_configuration,
+                                restart_needed.error().message.c_str());
+    std::vector<char *> keys;
+    for (const std::string &key : *restart_needed)
+        keys.push_back(const_cast<char *>(key.c_str()));
+    keys.push_back(nullptr);
+    sd_bus_message *made = nullptr;
+    int result = sd_bus_message_new_method_return(call, &made);
+    const BusMessage reply(made);
+    if (result >= 0)
+        result = sd_bus_message_append_strv(made, keys.data());
+    return result < 0 ? result : sd_bus_send(nullptr, made, nullptr);
+}
+
+int DepthService::reset_statistics(sd_bus_message *call) {
+    statistics_.reset();
+    return sd_bus_reply_method_return(call, "");
+}
+
+int DepthService::set_policy(const char *property, sd_bus_message *value, sd_bus_error *error) {
+    const int result = policy_.set(property, value, error);
+    if (result > 0) {
+        changed(property);
+        apply_policy();
+    }
+    return std::min(result, 0);
+}
+
+void DepthService::apply_policy() {
+    const GatePolicy before = std::exchange(effective_, requests_.strictest(policy_.gate()));
+    if (effective_ == before)
+        return;
+    situation_.mode = effective_.mode;
+    if (effective_.mode != before.mode)
+        changed("EffectiveMode");
+    if (effective_.target_mre != before.target_mre)
+        changed("EffectiveTargetError");
+    if (effective_.longest_age_ms != before.longest_age_ms)
+        changed("EffectiveMaxAge");
+    control_.set_policy(effective_);
+    situation_changed();
+}
+
+void DepthService::situation_changed() {
+    if (std::exchange(budget_spent_, situation_.budget_spent()) != budget_spent_)
+        changed("BudgetSpent");
+    measure_calls_.judge(situation_);
+    if (requests_.judge(situation_))
+        requests_signal_.ask();
+}
+
+void DepthService::changed(std::string property) {
+    changed_properties_.insert(std::move(property));
+    properties_signal_.ask();
+}
+
+void DepthService::announce_properties() {
+    std::vector<char *> names;
+    for (const std::string &name : changed_properties_)
+        names.push_back(const_cast<char *>(name.c_str()));
+    names.push_back(nullptr);
+    sd_bus_emit_properties_changed_strv(link_.get(), service_path, service_interface, names.data());
+    changed_properties_.clear();
+}
+
+void DepthService::announce_gate() {
+    sd_bus_emit_signal(link_.get(), service_path, service_interface, "GateChanged", "bst",
+                       static_cast<int>(gate_reason_ != GateReason::none),
+                       std::string(to_string(gate_reason_)).c_str(), gate_frame_);
+}
+
+void DepthService::announce_requests() {
+    sd_bus_emit_signal(link_.get(), service_path, service_interface, "RequestsChanged", "");
 }
 
 } // namespace afterglow

@@ -60,7 +60,7 @@ void Statistics::add(const FrameEvent &event) {
 }
 
 void Statistics::reset() {
-    Statistics fresh(power_);
+    Statistics fresh;
     fresh.stream_ns_ = fresh.stream_before_ns_ = stream_ns_;
     fresh.cpu_ns_ = fresh.cpu_before_ns_ = cpu_ns_;
     fresh.damaged_ = fresh.damaged_before_ = damaged_;

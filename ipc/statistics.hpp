@@ -31,8 +31,6 @@ private:
 /// The statistics of org.afterglow.Depth1 since the start or the last reset.
 class Statistics {
 public:
-    explicit Statistics(const PowerModel &power = {}) : power_(power) {}
-
     void add(const FrameEvent &event);
     void reset();
 
@@ -48,7 +46,9 @@ public:
     /// second image. Time in which the cameras sleep does not count.
     double cpu_load() const;
     /// Watts that depth costs at that duty cycle and CPU load (core/power_model.hpp).
-    double estimated_power() const { return power_.system_w(duty_cycle() / 100, cpu_load()); }
+    double estimated_power(const PowerModel &power) const {
+        return power.system_w(duty_cycle() / 100, cpu_load());
+    }
     /// Of the last frame, percent; negative: not predicted.
     double expected_error() const { return expected_error_; }
     /// Of the last frame, percent.
@@ -63,7 +63,6 @@ public:
     std::uint64_t wake_latency_p50() const { return wake_latency_.percentile(0.50); }
 
 private:
-    PowerModel power_;
     std::uint64_t published_ = 0;
     std::uint64_t measured_ = 0;
     std::uint64_t estimated_ = 0;

@@ -7,24 +7,33 @@
 #include "tests/wait_until.hpp"
 
 #include <fcntl.h>
+#include <filesystem>
+#include <optional>
 #include <poll.h>
 #include <stdexcept>
 #include <string>
 #include <unistd.h>
 
 /// A D-Bus daemon of the test's own, on a socket in a new folder: no machine or session bus is
-/// needed, and tests cannot meet each other. It runs when the constructor returns, and ends with
-/// the object, at the latest with the thread that made it.
+/// needed, and tests cannot meet each other; every user may connect. It runs when the constructor
+/// returns, and ends with the object, at the latest with the thread that made it.
 class PrivateBus {
 public:
-    PrivateBus() : process_(start()) {}
+    PrivateBus() : process_(start()) {
+        std::filesystem::permissions(folder_.path(), std::filesystem::perms(0711));
+    }
 
     std::string address() const { return "unix:path=" + folder_.path() + "/bus"; }
 
+    /// Starts it again, at the same address, after stop().
+    void restart() {
+        ::unlink((folder_ / "bus").c_str());
+        process_.emplace(start());
+    }
     /// Kills the bus before its time.
     void stop() {
-        process_.signal(SIGKILL);
-        static_cast<void>(process_.wait(longest_wait));
+        process_->signal(SIGKILL);
+        static_cast<void>(process_->wait(longest_wait));
     }
 
 private:
@@ -32,7 +41,7 @@ private:
         const std::string config =
             folder_.write("bus.conf", "<busconfig><type>session</type><listen>" + address() +
                                           "</listen><auth>EXTERNAL</auth>"
-                                          "<policy context=\"default\">"
+                                          "<policy context=\"default\"><allow user=\"*\"/>"
                                           "<allow send_destination=\"*\" eavesdrop=\"true\"/>"
                                           "<allow eavesdrop=\"true\"/><allow own=\"*\"/>"
                                           "</policy></busconfig>");
@@ -59,5 +68,5 @@ private:
     }
 
     TemporaryFolder folder_;
-    afterglow::ChildProcess process_;
+    std::optional<afterglow::ChildProcess> process_;
 };

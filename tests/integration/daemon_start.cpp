@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/catch.hpp"
+#include "tests/private_bus.hpp"
 #include "tests/program.hpp"
+#include "tests/served.hpp"
 
 #include <string>
 
@@ -10,6 +12,19 @@ const std::string synthetic = "color.driver = \"synthetic\"\ntof.driver = \"synt
                               "illuminator.driver = \"synthetic\"\n";
 const std::string replay = "color.driver = \"replay\"\ntof.driver = \"replay\"\n"
                            "illuminator.driver = \"replay\"\n";
+
+/// A program of the machine, to its end.
+Ended run_command(std::vector<std::string> command) {
+    const TemporaryFolder folder;
+    const afterglow::UniqueFd out(
+        ::open((folder / "out").c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600));
+    auto process = afterglow::ChildProcess::start(
+        {.command = std::move(command), .descriptors = {{out.get(), STDOUT_FILENO}}});
+    if (!process)
+        return {-1, "", process.error().message};
+    const auto code = process->wait(longest_wait);
+    return {code.value_or(-1), folder.read("out"), ""};
+}
 
 } // namespace
 
@@ -87,10 +102,61 @@ TEST_CASE("afterglowd names a recording that cannot be opened") {
     CHECK(empty.errors.find(folder.path() + "/nothing-here") != std::string::npos);
 }
 
-TEST_CASE("afterglowd names a D-Bus bus that cannot be reached") {
+TEST_CASE("afterglowd works without a bus, and is found as soon as there is one") {
+    PrivateBus bus;
+    bus.stop();
     const TemporaryFolder folder;
-    const Ended ended = run({"afterglowd", "--bus", "unix:path=/nonexistent/bus", "--config",
-                             folder.write("a.toml", synthetic)});
-    CHECK(ended.code == 1);
-    CHECK(ended.errors.find("unix:path=/nonexistent/bus") != std::string::npos);
+    Program daemon({"afterglowd", "--bus", bus.address(), "--config",
+                    folder.write("a.toml", synthetic + "daemon.run_without_readers = true\n")});
+    const auto says = [&](const std::string &text) {
+        return wait_until(
+            [&] { return !daemon.runs() || daemon.errors().find(text) != std::string::npos; });
+    };
+    REQUIRE(says("cannot connect to the bus at " + bus.address() +
+                 ": nothing listens on its socket; trying again each second"));
+    REQUIRE(says("afterglowd: running")); // its cameras
+    bus.restart();
+    REQUIRE(says("org.afterglow.Depth1 is on the bus at " + bus.address()));
+    bus.stop();
+    REQUIRE(says("is lost; trying again each second"));
+    REQUIRE(daemon.runs());
+    daemon.signal(SIGTERM);
+    CHECK(daemon.wait() == 0);
+}
+
+TEST_CASE("a second afterglowd on the same bus ends and says why") {
+    const Served first(synthetic);
+    const TemporaryFolder folder;
+    const Ended second = run({"afterglowd", "--bus", first.bus.address(), "--config",
+                              folder.write("a.toml", synthetic)});
+    CHECK(second.code == 1);
+    CHECK(second.errors.find("another daemon has the name org.afterglow.Depth1") !=
+          std::string::npos);
+}
+
+TEST_CASE("SIGHUP reads the configuration again; a bad one changes nothing") {
+    Served served(synthetic + "synthetic.fps = 60\n[gate]\ntarget_mre = 3\n");
+    const std::string config = served.folder / "a.toml";
+    const auto target = [&] {
+        const Ended got = run_command(
+            {"busctl", "--address=" + served.bus.address(), "get-property", "org.afterglow.Depth1",
+             "/org/afterglow/Depth1", "org.afterglow.Depth1", "TargetError"});
+        return got.output;
+    };
+    const auto says = [&](const std::string &text) {
+        return wait_until([&] {
+            return !served.daemon.runs() || served.daemon.errors().find(text) != std::string::npos;
+        });
+    };
+    CHECK(target() == "d 3\n");
+    served.folder.write("a.toml", synthetic + "[gate]\ntarget_mre = 300\n");
+    served.daemon.signal(SIGHUP);
+    REQUIRE(says(config + ":5: gate.target_mre: 300 is not allowed (a number from 0.01 to 100 "
+                          "percent)"));
+    CHECK(target() == "d 3\n");
+    served.folder.write("a.toml", synthetic + "synthetic.fps = 30\n[gate]\ntarget_mre = 4\n");
+    served.daemon.signal(SIGHUP);
+    REQUIRE(says("the configuration was read again; these need a restart: synthetic.fps"));
+    CHECK(target() == "d 4\n");
+    CHECK(served.daemon.runs());
 }

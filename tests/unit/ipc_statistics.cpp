@@ -93,7 +93,8 @@ TEST_CASE("resetting the statistics clears counts and keeps the last frame's val
 }
 
 TEST_CASE("the statistics' CPU load and power are those measured since the last reset", "[ipc]") {
-    Statistics statistics({.tof_w = 4, .idle_w = 0.5, .core_w = 2});
+    Statistics statistics;
+    const PowerModel power{.tof_w = 4, .idle_w = 0.5, .core_w = 2};
     CHECK(statistics.cpu_load() == 0);
     FrameEvent event = event_of(AFTERGLOW_ESTIMATED, false);
     statistics.add(event); // the first: no time has passed
@@ -102,11 +103,11 @@ TEST_CASE("the statistics' CPU load and power are those measured since the last 
     event.cpu_ns = 3'000'000'000;
     statistics.add(event);
     CHECK(statistics.cpu_load() == Approx(1.5));
-    CHECK(statistics.estimated_power() == Approx(0.5 + 1.5 * 2));
+    CHECK(statistics.estimated_power(power) == Approx(0.5 + 1.5 * 2));
 
     statistics.reset();
     CHECK(statistics.cpu_load() == 0);
-    CHECK(statistics.estimated_power() == Approx(0.5)); // still of the configured watts
+    CHECK(statistics.estimated_power(power) == Approx(0.5));
     event.stream_ns += 1'000'000'000;
     event.cpu_ns += 250'000'000;
     statistics.add(event);
