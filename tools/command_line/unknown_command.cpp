@@ -12,10 +12,15 @@
 
 namespace afterglow {
 
+const CLI::App &innermost(const CLI::App &app) {
+    const std::vector<CLI::App *> named = app.get_subcommands();
+    return named.empty() ? app : innermost(*named.back());
+}
+
 std::optional<std::string> unknown_command(const CLI::App &app) {
-    if (!app.get_subcommands().empty())
+    if (innermost(app).get_require_subcommand_min() == 0)
         return std::nullopt;
-    const std::vector<std::string> words = app.remaining();
+    const std::vector<std::string> words = app.remaining(true);
     const auto name = std::find_if(words.begin(), words.end(),
                                    [](const std::string &word) { return !word.starts_with('-'); });
     return name == words.end() ? std::nullopt : std::optional(*name);

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/base/standard_output.hpp"
-#include "tools/ctl/commands.hpp"
+#include "tools/ctl/command.hpp"
+#include "tools/ctl/frame_json.hpp"
 #include "tools/ctl/stream.hpp"
 
 #include <fmt/format.h>
 
 #include <cstdint>
+#include <memory>
 
 namespace afterglow {
 namespace {
@@ -36,23 +38,33 @@ Status print(const afterglow_frame &frame) {
     return flush_standard_output();
 }
 
-} // namespace
-
-Status monitor(const std::string &bus, int frames) {
-    Result<Stream> stream = Stream::open(bus);
+Result<int> monitor(const Settings &settings, int frames) {
+    Result<Stream> stream = Stream::open(settings.bus, Stream::Planes::depth);
     if (!stream)
         return stream.error();
-    fmt::print("{}", heading);
+    if (!settings.json)
+        fmt::print("{}", heading);
     for (int count = 0; frames == 0 || count < frames; ++count) {
         const Result<afterglow_frame> frame = stream->next();
         if (!frame)
             return frame.error();
-        if (Status printed = print(*frame); !printed)
-            return printed;
+        const Status printed = settings.json ? print_json_line(to_json(*frame)) : print(*frame);
+        if (!printed)
+            return printed.error();
     }
-    if (const std::uint64_t skipped = stream->skipped(); skipped > 0)
+    if (const std::uint64_t skipped = stream->skipped(); skipped > 0 && !settings.json)
         fmt::print("{} more frames were not shown\n", skipped);
-    return ok();
+    return 0;
+}
+
+} // namespace
+
+Action declare_monitor(CLI::App &app, const Settings &settings) {
+    const auto frames = std::make_shared<int>(0);
+    app.add_option("--frames", *frames, "stop after so many; 0 = never")
+        ->type_name("N")
+        ->check(CLI::NonNegativeNumber);
+    return [&settings, frames] { return monitor(settings, *frames); };
 }
 
 } // namespace afterglow

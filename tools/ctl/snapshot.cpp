@@ -3,7 +3,8 @@
 #include "core/base/rgb.hpp"
 #include "drivers/files/image_file.hpp"
 #include "drivers/files/png_file.hpp"
-#include "tools/ctl/commands.hpp"
+#include "tools/ctl/command.hpp"
+#include "tools/ctl/frame_json.hpp"
 #include "tools/ctl/stream.hpp"
 #include "tools/picture/depth_scale.hpp"
 
@@ -15,7 +16,7 @@
 #include <cstdio>
 #include <cstring>
 #include <fstream>
-#include <span>
+#include <memory>
 #include <unistd.h>
 #include <vector>
 
@@ -25,28 +26,32 @@ namespace {
 constexpr int gap_px = 8;
 constexpr int frames_to_try = 90;
 
+/// The picture with the image and its depth, or the depth alone.
+enum class Format { png, pgm };
+
 struct Shot {
     Luma luma;
     DepthMap depth;
     afterglow_frame frame = {};
 };
 
-/// The first frame with depth, or the last without when none comes.
-Status take(Stream &stream, bool with_image, Shot &shot) {
-    const afterglow_buffer all[] = {
-        {AFTERGLOW_PLANE_DEPTH, 0, shot.depth.pixels().data(), shot.depth.pixels().size_bytes()},
-        {AFTERGLOW_PLANE_LUMA, 0, shot.luma.pixels().data(), shot.luma.pixels().size_bytes()},
-    };
-    const auto buffers = std::span(all).first(with_image ? 2 : 1);
-    for (int tried = 0; tried < frames_to_try; ++tried) {
+/// The first frame with depth, or the last of some without when none comes. With the image for a
+/// PNG.
+Result<Shot> take(Stream &stream, Format format) {
+    const auto [width, height] = stream.size();
+    Shot shot{format == Format::png ? Luma(width, height) : Luma(), DepthMap(width, height), {}};
+    std::vector<afterglow_buffer> buffers = {
+        {AFTERGLOW_PLANE_DEPTH, 0, shot.depth.pixels().data(), shot.depth.pixels().size_bytes()}};
+    if (format == Format::png)
+        buffers.push_back(
+            {AFTERGLOW_PLANE_LUMA, 0, shot.luma.pixels().data(), shot.luma.pixels().size_bytes()});
+    for (int tried = 0; tried < frames_to_try && shot.frame.source == AFTERGLOW_NONE; ++tried) {
         const Result<afterglow_frame> frame = stream.next(buffers);
         if (!frame)
             return frame.error();
         shot.frame = *frame;
-        if (frame->source != AFTERGLOW_NONE)
-            break;
     }
-    return ok();
+    return shot;
 }
 
 /// The image on the left, its depth in colours, and the scale of the colours on the right.
@@ -89,39 +94,67 @@ Status write_to_stdout(const Image<Rgb> &picture) {
     return encode_png(stdout, {picture.width(), picture.height(), 8, false}, rows);
 }
 
-} // namespace
+Status write(const std::string &path, Format format, const Shot &shot) {
+    if (format == Format::pgm)
+        return write_pgm(path, shot.depth);
+    return path == "-" ? write_to_stdout(draw(shot)) : write_png(path, draw(shot));
+}
 
-Status snapshot(const std::string &bus, const std::string &path) {
-    const bool to_stdout = path == "-";
-    const bool is_pgm = path.ends_with(".pgm");
-    if (!to_stdout && !is_pgm && !path.ends_with(".png"))
-        return Error{fmt::format("{}: the extension says what is written: .png (image and depth in "
-                                 "colours), .pgm (depth in millimetres, 16 bits), or - (PNG to "
-                                 "standard output)",
-                                 printable(path)),
-                     EINVAL};
-    if (to_stdout && ::isatty(STDOUT_FILENO) == 1)
+Result<Format> format_of(const std::string &path) {
+    if (path == "-" && ::isatty(STDOUT_FILENO) == 1)
         return Error{"a picture is not written to a terminal; redirect standard output", EINVAL};
-    Result<Stream> stream = Stream::open(bus, !is_pgm);
+    if (path == "-" || path.ends_with(".png"))
+        return Format::png;
+    if (path.ends_with(".pgm"))
+        return Format::pgm;
+    return Error{fmt::format("{}: the extension says what is written: .png (image and depth in "
+                             "colours), .pgm (depth in millimetres, 16 bits), or - (PNG to "
+                             "standard output)",
+                             printable(path)),
+                 EINVAL};
+}
+
+std::string describe(const afterglow_frame &frame) {
+    return frame.source == AFTERGLOW_MEASURED ? "measured"
+           : frame.source == AFTERGLOW_ESTIMATED
+               ? fmt::format("estimated from {} frames earlier", frame.age_frames)
+               : "without depth";
+}
+
+Result<int> snapshot(const Settings &settings, const std::string &path) {
+    const Result<Format> format = format_of(path);
+    if (!format)
+        return format.error();
+    Result<Stream> stream = Stream::open(
+        settings.bus, *format == Format::png ? Stream::Planes::images : Stream::Planes::depth);
     if (!stream)
         return stream.error();
-    const afterglow_info info = stream->info();
-    const auto width = static_cast<int>(info.width);
-    const auto height = static_cast<int>(info.height);
-    Shot shot{Luma(width, height), DepthMap(width, height), {}};
-    if (const Status taken = take(*stream, !is_pgm, shot); !taken)
-        return taken.error();
-    const Status written = is_pgm      ? write_pgm(path, shot.depth)
-                           : to_stdout ? write_to_stdout(draw(shot))
-                                       : write_png(path, draw(shot));
-    if (!written)
+    const Result<Shot> shot = take(*stream, *format);
+    if (!shot)
+        return shot.error();
+    if (const Status written = write(path, *format, *shot); !written)
         return written.error();
-    fmt::print(to_stdout ? stderr : stdout, "{}: frame {}, {}\n", printable(path), shot.frame.index,
-               shot.frame.source == AFTERGLOW_MEASURED ? "measured"
-               : shot.frame.source == AFTERGLOW_ESTIMATED
-                   ? fmt::format("estimated from {} frames earlier", shot.frame.age_frames)
-                   : "without depth");
-    return ok();
+    std::FILE *told = path == "-" ? stderr : stdout; // there, the picture goes to stdout
+    if (settings.json)
+        fmt::print(told, "{}\n",
+                   Json({{"path", path}, {"frame", to_json(shot->frame)}})
+                       .dump(2, ' ', false, Json::error_handler_t::replace));
+    else
+        fmt::print(told, "{}: frame {}, {}\n", printable(path), shot->frame.index,
+                   describe(shot->frame));
+    return 0;
+}
+
+} // namespace
+
+Action declare_snapshot(CLI::App &app, const Settings &settings) {
+    const auto path = std::make_shared<std::string>();
+    app.add_option("FILE", *path,
+                   "NAME.png: image and depth in colours; NAME.pgm: depth in millimetres, 16 "
+                   "bits; -: the PNG to stdout")
+        ->type_name("")
+        ->required();
+    return [&settings, path] { return snapshot(settings, *path); };
 }
 
 } // namespace afterglow

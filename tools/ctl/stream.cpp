@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/ctl/stream.hpp"
 
-#include "tools/ctl/daemon_proxy.hpp"
+#include "tools/ctl/daemon.hpp"
 
 #include <fmt/format.h>
 
@@ -14,24 +14,28 @@ constexpr int frame_timeout_ms = 10'000;
 
 } // namespace
 
-Result<Stream> Stream::open(const std::string &bus, bool images) {
-    afterglow_options options = {};
-    options.size = sizeof options;
-    options.flags = images ? AFTERGLOW_IMAGES : 0;
-    options.bus = bus.c_str();
+// Not afterglow_open(): it has an errno for a refusal, the D-Bus error says which right is missing.
+Result<Stream> Stream::open(const std::string &bus, Planes planes) {
+    Result<Daemon> daemon = Daemon::connect(bus);
+    if (!daemon)
+        return daemon.error();
+    Result<UniqueFd> socket = daemon->open("OpenStream", "a{sv}", 1, "images", "b",
+                                           static_cast<int>(planes == Planes::images));
+    if (!socket)
+        return socket.error();
     afterglow_stream *stream = nullptr;
-    if (const int error = afterglow_open(&options, &stream); error < 0)
+    if (const int error = afterglow_open_fd(socket->release(), &stream); error < 0)
         return Error{
             fmt::format("no stream from {}: {}", describe_bus(bus), afterglow_strerror(error)),
             -error};
     return Stream(stream);
 }
 
-afterglow_info Stream::info() const {
+Stream::Size Stream::size() const {
     afterglow_info info = {};
     info.size = sizeof info;
     afterglow_get_info(stream_.get(), &info);
-    return info;
+    return {static_cast<int>(info.width), static_cast<int>(info.height)};
 }
 
 Result<afterglow_frame> Stream::next(std::span<const afterglow_buffer> buffers) {
@@ -45,7 +49,7 @@ Result<afterglow_frame> Stream::next(std::span<const afterglow_buffer> buffers) 
             return frame;
         if (error == -ETIMEDOUT)
             return Error{"no frame came for 10 seconds; see `afterglowctl status`", ETIMEDOUT};
-        if (error < 0 && error != -EAGAIN)
+        if (error != -EAGAIN)
             return Error{afterglow_strerror(error), -error};
     }
 }

@@ -14,10 +14,18 @@ namespace afterglow {
 /// A stream of the daemon's frames, from the moment it was opened on.
 class Stream {
 public:
-    /// Asks the daemon on the bus called `bus`.
-    static Result<Stream> open(const std::string &bus, bool images = false);
+    /// What is asked for: not everybody who may read depth may see images.
+    enum class Planes { depth, images };
 
-    afterglow_info info() const;
+    /// Asks the daemon on the bus called `bus`. Errors as those of Daemon.
+    static Result<Stream> open(const std::string &bus, Planes planes);
+
+    struct Size {
+        int width;
+        int height;
+    };
+    /// Of all planes, pixels.
+    Size size() const;
     /// Waits for the newest frame that has not been read and copies it out.
     Result<afterglow_frame> next(std::span<const afterglow_buffer> buffers = {});
     std::uint64_t skipped() const { return afterglow_skipped(stream_.get()); }
