@@ -5,9 +5,13 @@
 #include "tests/fake_service.hpp"
 #include "tests/program.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <string>
 #include <vector>
 
@@ -257,4 +261,33 @@ TEST_CASE("afterglowctl takes an answer of other types than agreed for what it i
     CHECK(out_of_range.code == 1);
     CHECK(ctl(service, {"policy", "set", "CoverageFloor", "nan"}).code == 1);
     CHECK(service.get("CoverageFloor") == "75");
+}
+
+TEST_CASE("the fake service that afterglowctl is tested on has the daemon's interface") {
+    std::ifstream file(AFTERGLOW_SOURCE_DIR "/ipc/org.afterglow.Depth1.xml");
+    const std::string xml{std::istreambuf_iterator<char>(file), {}};
+    for (const FakeProperty &property : FakeService::properties_at_start()) {
+        const std::string declared =
+            fmt::format("<property name=\"{}\" type=\"{}\" access=\"{}\">", property.name,
+                        property.type, property.writable ? "readwrite" : "read");
+        INFO(declared);
+        CHECK(contains(xml, declared));
+    }
+    for (const FakeService::Method &method : FakeService::methods()) {
+        const std::size_t begin = xml.find(fmt::format("<method name=\"{}\">", method.name));
+        INFO(method.name);
+        REQUIRE(begin != std::string::npos);
+        const std::string declared = xml.substr(begin, xml.find("</method>", begin) - begin);
+        const auto types = [&](const char *direction) {
+            const std::regex argument(
+                fmt::format("<arg type=\"([^\"]*)\"[^>]*direction=\"{}\"", direction));
+            std::string all;
+            for (std::sregex_iterator found(declared.begin(), declared.end(), argument), end;
+                 found != end; ++found)
+                all += (*found)[1];
+            return all;
+        };
+        CHECK(types("in") == method.in);
+        CHECK(types("out") == method.out);
+    }
 }
