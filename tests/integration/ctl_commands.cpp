@@ -82,6 +82,11 @@ TEST_CASE("afterglowctl status says which rights its user has not got, and asks 
     CHECK(contains(status.output, "  rights    not allowed: You may not see images."));
     CHECK(contains(status.output, "  rights    not allowed: You may not control afterglowd."));
     CHECK(service.held() == 0);
+    service.refuse("OpenStream", denied, "You may not read depth.");
+    const std::string told = ctl(service, {"status"}).output;
+    const std::size_t once = told.find("You may not read depth.");
+    CHECK(once != std::string::npos);
+    CHECK(told.find("You may not read depth.", once + 1) == std::string::npos);
 }
 
 TEST_CASE("afterglowctl stats prints each count with its unit, and starts them anew when asked") {
@@ -112,6 +117,7 @@ TEST_CASE("afterglowctl policy get shows value, range, what rules now and who as
     CHECK(policy["mode"]["value"] == "auto");
     CHECK(policy["mode"]["effective"] == "always-on");
     CHECK(policy["mode"]["asked_by"][0]["reason"] == "calibration");
+    CHECK(policy["longest_interval"]["effective"].is_null());
     CHECK(policy["longest_interval"]["asked_by"].empty());
     CHECK_FALSE(policy["tof_power"].contains("effective"));
 

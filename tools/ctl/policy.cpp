@@ -14,9 +14,9 @@ namespace {
 
 void print_row(const PolicyKey &key, const Json &description) {
     const auto shown = [&](const char *value, const char *unit) {
-        return description.contains(value)
-                   ? with_unit(description[value], description[unit].get<std::string>())
-                   : "-";
+        const bool is_something = description.contains(value) && !description[value].is_null();
+        return is_something ? with_unit(description[value], description[unit].get<std::string>())
+                            : "-";
     };
     const std::string range = description.contains("minimum")
                                   ? fmt::format("{} to {}", with_unit(description["minimum"], ""),

@@ -92,7 +92,8 @@ Json describe_key(const PolicyKey &key, const Json &properties, const Json &requ
     const auto effective = properties.find(key.effective);
     if (effective == properties.end())
         return description;
-    description["effective"] = *effective;
+    // 0 ms is no limit.
+    description["effective"] = *effective == 0 ? Json() : *effective;
     description["effective_unit"] = unit(key.effective);
     Json &asked_by = description["asked_by"] = Json::array();
     std::copy_if(requests.begin(), requests.end(), std::back_inserter(asked_by),

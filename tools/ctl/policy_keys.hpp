@@ -29,8 +29,8 @@ const PolicyKey &policy_key(const std::string &name);
 using PolicyValue = std::variant<std::string, std::uint32_t, double>;
 PolicyValue policy_value(const PolicyKey &key, const std::string &text);
 
-/// What is known of a key: value, unit, range, and for what requests can change what rules now and
-/// the requests that ask for it. `requests`: of list_requests().
+/// What is known of a key: value, unit, range; and for what requests can change, what rules now
+/// (null: there is no limit) and the requests that ask for it. `requests`: of list_requests().
 Json describe_key(const PolicyKey &key, const Json &properties, const Json &requests);
 
 } // namespace afterglow

@@ -7,6 +7,10 @@
 
 #include <fmt/format.h>
 
+#include <set>
+#include <string>
+#include <string_view>
+
 namespace afterglow {
 namespace {
 
@@ -71,6 +75,15 @@ void print_frames(const Json &p) {
                number(p, "LatencyP50") * 1e-6, number(p, "LatencyP99") * 1e-6);
 }
 
+/// Each once: who may not read depth may not see images for the same reason.
+std::set<std::string> denials(const Rights &rights) {
+    std::set<std::string> reasons;
+    for (const auto &reason : {rights.no_depth, rights.no_images, rights.no_control})
+        if (reason)
+            reasons.insert(*reason);
+    return reasons;
+}
+
 Result<int> show(const Settings &settings) {
     Result<Daemon> daemon = Daemon::connect(settings.bus);
     if (!daemon)
@@ -98,9 +111,8 @@ Result<int> show(const Settings &settings) {
     fmt::print("  requests  {}\n", requests->size());
     for (const Json &request : *requests)
         fmt::print("            {}\n", describe_request(request));
-    for (const auto &missing : {rights.no_depth, rights.no_images, rights.no_control})
-        if (missing)
-            fmt::print("  rights    {}\n", *missing);
+    for (const std::string &reason : denials(rights))
+        fmt::print("  rights    {}\n", reason);
     print_frames(p);
     return 0;
 }
