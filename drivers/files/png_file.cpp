@@ -4,10 +4,12 @@
 #include <fmt/format.h>
 #include <png.h>
 
+#include <algorithm>
 #include <bit>
 #include <cassert>
 #include <cerrno>
 #include <csetjmp>
+#include <cstdlib>
 #include <cstring>
 #include <utility>
 
@@ -46,6 +48,21 @@ void read_bytes(png_structp png, png_bytep to, std::size_t count) {
     rest->remove_prefix(count);
 }
 
+/// What libpng needs for itself: rows, tables, zlib's window.
+constexpr std::size_t usual_bytes = std::size_t{4} << 20;
+
+/// libpng makes room for as much as a chunk claims to have before it finds that the file ends. No
+/// room would not do: it goes on behind the chunk's name.
+png_voidp allocate(png_structp png, png_alloc_size_t bytes) {
+    if (bytes > *static_cast<const std::size_t *>(png_get_mem_ptr(png)))
+        png_error(png, "a chunk is larger than the file");
+    return std::malloc(bytes);
+}
+
+void release(png_structp /*png*/, png_voidp memory) {
+    std::free(memory);
+}
+
 Error out_of_memory() {
     return {"there is no memory for libpng", ENOMEM};
 }
@@ -53,8 +70,10 @@ Error out_of_memory() {
 } // namespace
 
 struct PngDecoder::Library {
-    explicit Library(std::string_view bytes) : rest(bytes) {
-        png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &words, on_error, on_warning);
+    explicit Library(std::string_view bytes)
+        : rest(bytes), most_bytes(std::max(bytes.size(), usual_bytes)) {
+        png = png_create_read_struct_2(PNG_LIBPNG_VER_STRING, &words, on_error, on_warning,
+                                       &most_bytes, allocate, release);
         if (png != nullptr)
             info = png_create_info_struct(png);
     }
@@ -65,6 +84,7 @@ struct PngDecoder::Library {
     Error error() const { return {fmt::format("is not a sound PNG file: {}", words.text), EINVAL}; }
 
     std::string_view rest;
+    std::size_t most_bytes; ///< at once
     PngErrorText words;
     png_structp png = nullptr;
     png_infop info = nullptr;

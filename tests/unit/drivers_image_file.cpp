@@ -3,6 +3,7 @@
 #include "tests/catch.hpp"
 #include "tests/temporary_folder.hpp"
 
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <turbojpeg.h>
 
@@ -206,6 +207,25 @@ TEST_CASE("an oversized image file is refused before memory is allocated") {
     const std::string huge_jpeg = folder.write("huge.jpg", jpeg);
     const std::string message = refusal(read_luma(huge_jpeg), huge_jpeg);
     CHECK(message.find("65500") != std::string::npos);
+}
+
+TEST_CASE("a PNG chunk that claims more bytes than the file has gets no memory") {
+    const TemporaryFolder folder;
+    REQUIRE(write_png(folder / "a.png", gradient(16, 16)));
+    std::string bytes = folder.read("a.png");
+    std::string chunk(4, '\0');
+    set_big_endian(chunk, 0, 1'800'000'000);
+    bytes.insert(33, chunk + "tEXt"); // behind the header
+    const std::string path = folder.write("claims.png", bytes);
+    const auto peak_kib = [] {
+        rusage usage{};
+        getrusage(RUSAGE_SELF, &usage);
+        return usage.ru_maxrss;
+    };
+    const long before_kib = peak_kib();
+    CHECK(refusal(read_luma(path), path).find("a chunk is larger than the file") !=
+          std::string::npos);
+    CHECK(peak_kib() - before_kib < 1'000'000);
 }
 
 TEST_CASE("a depth map file must be grey with 16 bits") {
