@@ -5,6 +5,7 @@
 #include "tests/allocation_count.hpp"
 
 #include "tests/catch.hpp"
+#include "tests/sanitized.hpp"
 
 #include <atomic>
 #include <cerrno>
@@ -15,14 +16,6 @@
 #include <new>
 #include <string>
 #include <thread>
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define AFTERGLOW_SANITIZED
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define AFTERGLOW_SANITIZED
-#endif
-#endif
 
 namespace {
 
