@@ -124,16 +124,6 @@ TEST_CASE("afterglowd works without a bus, and is found as soon as there is one"
     CHECK(daemon.wait() == 0);
 }
 
-TEST_CASE("a second afterglowd on the same bus ends and says why") {
-    const Served first(synthetic);
-    const TemporaryFolder folder;
-    const Ended second = run({"afterglowd", "--bus", first.bus.address(), "--config",
-                              folder.write("a.toml", synthetic)});
-    CHECK(second.code == 1);
-    CHECK(second.errors.find("another daemon has the name org.afterglow.Depth1") !=
-          std::string::npos);
-}
-
 TEST_CASE("SIGHUP reads the configuration again; a bad one changes nothing") {
     Served served(synthetic + "synthetic.fps = 60\n[gate]\ntarget_mre = 3\n");
     const std::string config = served.folder / "a.toml";
