@@ -4,8 +4,8 @@
 #include "capture/frame_loop.hpp"
 #include "config/config.hpp"
 #include "daemon/outbox.hpp"
-#include "ipc/ring_writer.hpp"
-#include "ipc/stream_notifier.hpp"
+#include "ipc/ring/ring_writer.hpp"
+#include "ipc/ring/stream_notifier.hpp"
 
 #include <chrono>
 #include <cstdint>

@@ -5,7 +5,7 @@
 #include "daemon/estimator_thread.hpp"
 #include "daemon/note_log.hpp"
 #include "daemon/open_rig.hpp"
-#include "ipc/service.hpp"
+#include "ipc/bus/service.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

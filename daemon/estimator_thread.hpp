@@ -3,13 +3,13 @@
 
 #include "config/config.hpp"
 #include "core/base/result.hpp"
+#include "core/base/unique_fd.hpp"
 #include "daemon/capture_session.hpp"
 #include "daemon/mailbox.hpp"
 #include "daemon/outbox.hpp"
 #include "drivers/source.hpp"
-#include "ipc/ring_writer.hpp"
-#include "ipc/stream_notifier.hpp"
-#include "ipc/unique_fd.hpp"
+#include "ipc/ring/ring_writer.hpp"
+#include "ipc/ring/stream_notifier.hpp"
 
 #include <atomic>
 #include <cstdint>

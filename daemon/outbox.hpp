@@ -2,9 +2,9 @@
 #pragma once
 
 #include "core/base/log.hpp"
+#include "core/base/unique_fd.hpp"
 #include "daemon/spsc_queue.hpp"
-#include "ipc/daemon_events.hpp"
-#include "ipc/unique_fd.hpp"
+#include "ipc/bus/daemon_events.hpp"
 
 #include <array>
 #include <atomic>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "ipc/bus.hpp"
-#include "ipc/event.hpp"
-#include "ipc/service.hpp"
+#include "ipc/bus/bus.hpp"
+#include "ipc/bus/event.hpp"
+#include "ipc/bus/service.hpp"
 #include "tests/private_bus.hpp"
 #include "tests/test_ring.hpp"
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/base/unique_fd.hpp"
-#include "ipc/bus.hpp"
+#include "ipc/bus/bus.hpp"
 #include "tests/private_bus.hpp"
 
 #include <atomic>

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "afterglow/afterglow.h"
-#include "ipc/ring_writer.hpp"
-#include "ipc/stream_notifier.hpp"
+#include "ipc/ring/ring_writer.hpp"
+#include "ipc/ring/stream_notifier.hpp"
 #include "tests/catch.hpp"
 #include "tests/open_stream.hpp"
 

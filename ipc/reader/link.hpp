@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "core/base/unique_fd.hpp"
 #include "ipc/reader/open_call.hpp"
 #include "ipc/reader/stream_socket.hpp"
-#include "ipc/unique_fd.hpp"
 
 #include <cstdint>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ipc/reader/open_call.hpp"
 
-#include "ipc/bus.hpp"
+#include "ipc/bus/bus.hpp"
 
 #include <cerrno>
 #include <fcntl.h>

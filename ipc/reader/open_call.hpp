@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "ipc/unique_fd.hpp"
+#include "core/base/unique_fd.hpp"
 
 #include <systemd/sd-bus.h>
 

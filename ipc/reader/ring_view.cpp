@@ -2,7 +2,7 @@
 #include "ipc/reader/ring_view.hpp"
 
 #include "ipc/reader/first_version.hpp"
-#include "ipc/seqlock.hpp"
+#include "ipc/ring/seqlock.hpp"
 
 #include <sys/mman.h>
 #include <sys/stat.h>

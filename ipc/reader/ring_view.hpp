@@ -2,7 +2,7 @@
 #pragma once
 
 #include "afterglow/afterglow.h"
-#include "ipc/unique_fd.hpp"
+#include "core/base/unique_fd.hpp"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // abi_writer PROGRAM ARGUMENT: runs a program whose descriptor 3 is a stream with three frames that
 // tests/abi/reader.c knows, and ends as it does.
-#include "ipc/stream_message.hpp"
+#include "ipc/ring/stream_message.hpp"
 
 #include <sys/socket.h>
 #include <sys/wait.h>

@@ -2,8 +2,8 @@
 //
 // The service on D-Bus: any calls with any arguments, and a bus and polkit that answer anything.
 #include "config/parameter_table.hpp"
-#include "ipc/service.hpp"
-#include "ipc/service_names.hpp"
+#include "ipc/bus/service.hpp"
+#include "ipc/bus/service_names.hpp"
 #include "tests/fuzz/fake_bus.hpp"
 #include "tests/temporary_folder.hpp"
 

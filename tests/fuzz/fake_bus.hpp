@@ -2,8 +2,8 @@
 #pragma once
 
 #include "core/base/unique_fd.hpp"
-#include "ipc/bus.hpp"
-#include "ipc/event.hpp"
+#include "ipc/bus/bus.hpp"
+#include "ipc/bus/event.hpp"
 #include "tests/fuzz/dbus_values.hpp"
 #include "tests/fuzz/require.hpp"
 

@@ -270,7 +270,7 @@ TEST_CASE("afterglowctl takes an answer of other types than agreed for what it i
 }
 
 TEST_CASE("the fake service that afterglowctl is tested on has the daemon's interface") {
-    std::ifstream file(AFTERGLOW_SOURCE_DIR "/ipc/org.afterglow.Depth1.xml");
+    std::ifstream file(AFTERGLOW_SOURCE_DIR "/ipc/bus/org.afterglow.Depth1.xml");
     const std::string xml{std::istreambuf_iterator<char>(file), {}};
     for (const FakeProperty &property : FakeService::properties_at_start()) {
         const std::string declared =

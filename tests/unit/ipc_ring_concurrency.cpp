@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Readers and writer at the same time, and the death of either.
-#include "ipc/seqlock.hpp"
-#include "ipc/stream_message.hpp"
+#include "ipc/ring/seqlock.hpp"
+#include "ipc/ring/stream_message.hpp"
 #include "tests/test_ring.hpp"
 #include "tests/wait_until.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What a reader accepts as a ring, and what it can do to one.
-#include "ipc/stream_message.hpp"
+#include "ipc/ring/stream_message.hpp"
 #include "tests/test_ring.hpp"
 
 #include <sys/mman.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What readers can do with the memory of a ring.
-#include "ipc/stream_message.hpp"
+#include "ipc/ring/stream_message.hpp"
 #include "tests/catch.hpp"
 #include "tests/test_ring.hpp"
 

@@ -80,7 +80,7 @@ TEST_CASE("the reader library opens a stream with nothing but the bus", "[ipc]")
 TEST_CASE("the D-Bus service matches its introspection file", "[ipc]") {
     BusService daemon;
     const std::string answered = daemon.serve([&] { return introspect(daemon.bus.address()); });
-    std::ifstream file(AFTERGLOW_SOURCE_DIR "/ipc/org.afterglow.Depth1.xml");
+    std::ifstream file(AFTERGLOW_SOURCE_DIR "/ipc/bus/org.afterglow.Depth1.xml");
     const std::string written{std::istreambuf_iterator<char>(file), {}};
     CHECK(interface_of(answered) == interface_of(written));
 }

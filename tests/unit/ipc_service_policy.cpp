@@ -3,8 +3,8 @@
 // The policy over D-Bus: properties, ranges, saving, reload.
 #include "config/config.hpp"
 #include "core/base/log.hpp"
-#include "ipc/errors.hpp"
-#include "ipc/log_control.hpp"
+#include "ipc/bus/errors.hpp"
+#include "ipc/bus/log_control.hpp"
 #include "tests/bus_service.hpp"
 #include "tests/temporary_folder.hpp"
 

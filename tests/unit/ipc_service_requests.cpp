@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Measure, RequestAccuracy and HoldMode over D-Bus.
-#include "ipc/errors.hpp"
+#include "ipc/bus/errors.hpp"
 #include "tests/bus_service.hpp"
 
 #include <fmt/format.h>

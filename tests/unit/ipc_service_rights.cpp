@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Who may do what: by groups, and by a polkit of the test's own.
-#include "ipc/access.hpp"
-#include "ipc/errors.hpp"
+#include "ipc/bus/access.hpp"
+#include "ipc/bus/errors.hpp"
 #include "tests/bus_service.hpp"
 #include "tests/skip.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ipc/statistics.hpp"
+#include "ipc/bus/statistics.hpp"
 #include "tests/catch.hpp"
 
 #include <limits>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The daemon's ends of the streams' sockets, and what clients can do with theirs.
-#include "ipc/stream_message.hpp"
+#include "ipc/ring/stream_message.hpp"
 #include "tests/allocation_count.hpp"
 #include "tests/test_ring.hpp"
 #include "tests/wait_until.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Opening a stream without waiting, and finding the next daemon.
-#include "ipc/bus.hpp"
+#include "ipc/bus/bus.hpp"
 #include "tests/private_bus.hpp"
 #include "tests/test_ring.hpp"
 

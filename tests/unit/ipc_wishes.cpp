@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ipc/wishes.hpp"
+#include "ipc/bus/wishes.hpp"
 #include "tests/catch.hpp"
 
 #include <list>

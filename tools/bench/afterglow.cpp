@@ -4,8 +4,8 @@
 // place, and another one in the main thread's.
 #include "afterglow/afterglow.h"
 
-#include "ipc/ring_writer.hpp"
-#include "ipc/stream_notifier.hpp"
+#include "ipc/ring/ring_writer.hpp"
+#include "ipc/ring/stream_notifier.hpp"
 #include "tools/bench/transport.hpp"
 
 #include <sys/socket.h>

@@ -3,7 +3,7 @@
 
 #include "core/base/result.hpp"
 #include "core/base/unique_fd.hpp"
-#include "ipc/bus.hpp"
+#include "ipc/bus/bus.hpp"
 #include "tools/ctl/json.hpp"
 #include "tools/ctl/refusal.hpp"
 

@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "ipc/bus/call_rights.hpp"
+
+#include <algorithm>
+#include <string_view>
+
+namespace afterglow {
+namespace {
+
+constexpr Right depth_rights[] = {Right::read_depth};
+constexpr Right image_rights[] = {Right::read_depth, Right::see_images};
+constexpr Right control_rights[] = {Right::control};
+
+/// What changes something. "Set" is that of all properties.
+constexpr std::string_view controlling[] = {"Set",        "Measure", "RequestAccuracy", "HoldMode",
+                                            "SavePolicy", "Reload",  "ResetStatistics"};
+
+} // namespace
+
+int read_open_options(sd_bus_message *call, OpenOptions &options, sd_bus_error *error) {
+    int result = sd_bus_message_enter_container(call, 'a', "{sv}");
+    while (result > 0 && (result = sd_bus_message_enter_container(call, 'e', "sv")) > 0) {
+        const char *name = nullptr;
+        if ((result = sd_bus_message_read(call, "s", &name)) < 0)
+            break;
+        if (std::string_view(name) != "images")
+            return sd_bus_error_setf(error, SD_BUS_ERROR_INVALID_ARGS,
+                                     "OpenStream has no option '%s'.", name);
+        int images = 0;
+        if (sd_bus_message_read(call, "v", "b", &images) < 0)
+            return sd_bus_error_set(error, SD_BUS_ERROR_INVALID_ARGS,
+                                    "The option 'images' is true or false.");
+        options.images = images != 0;
+        result = sd_bus_message_exit_container(call);
+    }
+    return std::min(result, 0);
+}
+
+std::span<const Right> rights_of_stream(bool images) {
+    return images ? std::span<const Right>(image_rights) : depth_rights;
+}
+
+std::span<const Right> rights_of_call(sd_bus_message *call) {
+    const char *member = sd_bus_message_get_member(call);
+    if (member == nullptr)
+        return {};
+    if (std::find(std::begin(controlling), std::end(controlling), member) != std::end(controlling))
+        return control_rights;
+    if (std::string_view(member) != "OpenStream")
+        return {};
+    OpenOptions options; // what cannot be read is refused by the method itself
+    read_open_options(call, options, nullptr);
+    return rights_of_stream(options.images);
+}
+
+} // namespace afterglow

@@ -1,0 +1,103 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/base/camera.hpp"
+#include "core/estimate.hpp"
+#include "ipc/ring/ring_memory.hpp"
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+namespace afterglow {
+
+/// What one reader gets of a pair of memories.
+struct ReaderFds {
+    UniqueFd depth;
+    UniqueFd images;           ///< none where they were not asked for
+    std::uint64_t renewal = 0; ///< which pair: the number of renewals before it
+};
+
+/// The writing end of the frame ring (afterglow/ring.h): two memories, one for depth and
+/// confidence, one for images.
+///
+/// Whatever readers do, they cannot slow, corrupt or stop publish(). Destroying the writer marks
+/// the memories closed.
+class RingWriter {
+public:
+    /// The longest side of a frame, pixels.
+    static constexpr int max_side = 16384;
+    /// Pairs replaced by renew() that readers may keep before it refuses another one.
+    static constexpr std::size_t most_pairs_held = 4;
+
+    /// Makes a ring for frames of the camera's size, of 2 to 1024 slots. Fails when the camera is
+    /// not one, or when memory or seals are refused.
+    static Result<std::unique_ptr<RingWriter>> create(const Intrinsics &camera, int slots = 8);
+    ~RingWriter();
+    RingWriter(const RingWriter &) = delete;
+    RingWriter &operator=(const RingWriter &) = delete;
+
+    // The estimator thread's side. Real-time safe: stores to memory, no system call, no lock.
+
+    /// Writes the estimate and the image it belongs to as the next frame. `frame` says what the
+    /// estimate does not: flags, sequence, t_ns, emitter, the measurement's number and times, and
+    /// the camera; the rest is filled in here. The image is left out while nobody wants images.
+    /// Returns the frame as published.
+    afterglow_frame publish(const Estimate &estimate, LumaView luma, afterglow_frame frame);
+    /// Makes all frames published so far unreadable: what comes after a sleep shows nothing of what
+    /// was before it.
+    void clear();
+
+    // The side of all other threads.
+
+    /// Number of frames published.
+    std::uint64_t head() const { return head_.load(std::memory_order_acquire); }
+    std::uint64_t generation() const { return generation_; }
+    void want_images(bool wanted) { images_wanted_.store(wanted, std::memory_order_release); }
+    /// Descriptors of the newest pair for one reader, with open file descriptions of their own.
+    Result<ReaderFds> reader_fds(bool images) const;
+    /// Number of renewals.
+    std::uint64_t renewals() const { return renewals_.load(std::memory_order_acquire); }
+    /// Makes a new pair, which the next publish() begins: who has only the old ones sees no frame
+    /// from then on. `forced`: although readers keep all that can be kept; otherwise that is EBUSY.
+    Status renew(bool forced);
+    /// Gives back the memory of old pairs that nobody keeps any more. It is never used again: a
+    /// client may still have pages of it in a pipe.
+    void collect();
+    /// Pairs of memories that exist.
+    std::size_t pairs() const;
+
+private:
+    struct Pair {
+        RingMemory depth;
+        RingMemory images;
+        const std::uint64_t renewal;
+        bool retired = false; ///< the estimator thread never touches it again; unmapped
+    };
+    RingWriter(int width, int height, int slots, std::uint64_t generation);
+    Result<std::unique_ptr<Pair>> make_pair(std::uint64_t renewal) const;
+    void collect_locked();
+    void switch_to(Pair &pair);
+
+    const int width_;
+    const int height_;
+    const int slots_;
+    const std::uint64_t generation_;
+
+    // Used by the estimator thread only.
+    Pair *pair_ = nullptr;
+    bool images_written_ = false; ///< with the frame before
+
+    std::atomic<std::uint64_t> head_ = 0;
+    std::atomic<bool> images_wanted_ = false;
+    std::atomic<std::uint64_t> renewals_ = 0;
+    std::atomic<Pair *> offered_ = nullptr; ///< the newest pair, for the estimator thread to begin
+    std::atomic<Pair *> in_use_ = nullptr;  ///< what it has begun: it is done with those before
+
+    mutable std::mutex mutex_;                 ///< never taken by the estimator thread
+    std::vector<std::unique_ptr<Pair>> pairs_; ///< the newest last
+};
+
+} // namespace afterglow

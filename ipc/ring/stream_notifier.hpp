@@ -1,0 +1,123 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/base/result.hpp"
+#include "core/base/unique_fd.hpp"
+#include "ipc/ring/ring_writer.hpp"
+
+#include <sys/types.h>
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
+#include <thread>
+
+struct epoll_event;
+
+namespace afterglow {
+
+/// Whose a stream is.
+struct StreamClaim {
+    uid_t user = 0;
+    bool images = false;
+    std::uint64_t owner = 0; ///< what open() was given
+};
+
+/// The daemon's ends of the open streams' sockets, and the thread that sends on them.
+///
+///   estimator thread ──eventfd──▶ notifier thread ──a datagram each──▶ readers
+///                                        └────────eventfd────────────▶ main thread
+///
+/// Each stream is a SOCK_SEQPACKET pair on which only the daemon sends (afterglow_message). What a
+/// client does with its end costs the estimator thread nothing, and the notifier no more than this:
+/// - it does not read: what finds no room is left out, until it reads again;
+/// - it sends: refused by the kernel, our end is shut for reading;
+/// - it closes, shuts down or dies: the kernel says so, and the stream ends.
+/// After a stream's end the others get a new memory, within a second, so that a client that has
+/// kept the mapping sees nothing more.
+class StreamNotifier {
+public:
+    static constexpr int most_streams = 64;
+    static constexpr int most_streams_of_a_user = 16; ///< so that no user can lock out the others
+    /// The least time between renewals of the memory that clients cause.
+    static constexpr std::chrono::milliseconds renewal_pause{1000};
+
+    /// Starts the thread, which calls `at_start` first, if any: to give itself a priority. `ring`
+    /// outlives the notifier. Errors: the errno of a descriptor.
+    static Result<std::unique_ptr<StreamNotifier>> create(RingWriter &ring,
+                                                          std::function<void()> at_start = {});
+    /// Ends all streams.
+    ~StreamNotifier();
+    StreamNotifier(const StreamNotifier &) = delete;
+    StreamNotifier &operator=(const StreamNotifier &) = delete;
+
+    /// A frame was published. Estimator thread; one write to an eventfd.
+    void frame_published() const;
+
+    // The main thread's side.
+
+    /// Opens a stream for `user` and returns the client's end. `owner` is for close_if(). Fails
+    /// with EDQUOT at a limit above, or when the system refuses a descriptor or memory.
+    Result<UniqueFd> open(uid_t user, bool images, std::uint64_t owner = 0);
+    /// Ends the streams for which `ends` is true, saying `error` (AFTERGLOW_MESSAGE_END), and gives
+    /// the rest a new memory at once. Returns how many were ended.
+    int close_if(const std::function<bool(const StreamClaim &)> &ends, int error);
+    /// Streams open now.
+    int count() const { return count_.load(std::memory_order_acquire); }
+    /// Whether one of them has images.
+    bool takes_images() const;
+    /// Readable after frames were announced, and when there is something for update() to do.
+    int event_fd() const { return event_.get(); }
+    /// Makes event_fd() quiet, and renews the memory when that is due. An error of it is one for
+    /// the log; it is tried again.
+    Status update();
+
+private:
+    using Clock = std::chrono::steady_clock;
+    struct Stream {
+        UniqueFd socket;
+        StreamClaim claim;
+        std::uint64_t renewal = 0; ///< of the memory sent last
+    };
+
+    StreamNotifier(RingWriter &ring, UniqueFd epoll, UniqueFd frames, UniqueFd event,
+                   std::function<void()> at_start);
+    void run();
+    /// Handles what came; true when the main thread is to know.
+    bool turn(std::span<const epoll_event> events);
+    bool announce(Stream &stream, std::uint64_t index, bool frame);
+    Status check_limits(uid_t user) const;
+    Result<UniqueFd> connect(Stream &place, const StreamClaim &claim);
+    void end(Stream &stream, int error);
+    void end_hung_up();
+    void pass_on_wish_for_images();
+    bool renewal_due() const;
+    int wait_ms() const;
+    Status renew_if_due();
+    Status renew(bool forced);
+    void wake_thread() const;
+
+    RingWriter &ring_;
+    const UniqueFd epoll_;
+    const UniqueFd frames_; ///< written by the estimator thread, and to wake the notifier
+    const UniqueFd event_;  ///< written by the notifier for the main thread
+    std::atomic<int> count_ = 0;
+    std::atomic<bool> stop_ = false;
+
+    mutable std::mutex mutex_; ///< never taken by the estimator thread; guards what follows
+    std::array<Stream, most_streams> streams_; ///< those without a socket are free
+    bool memory_pending_ = false;              ///< a stream waits for the newest memory
+    bool renewal_wanted_ = false;              ///< a stream has ended since the last one
+    Clock::time_point last_renewal_;
+
+    std::uint64_t announced_ = 0; ///< the thread's: frames announced
+    std::thread thread_;
+};
+
+} // namespace afterglow
