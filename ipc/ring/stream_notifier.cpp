@@ -11,12 +11,15 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
+#include <ctime>
 #include <poll.h>
+#include <utility>
 
 namespace afterglow {
 namespace {
 
 using std::chrono::milliseconds;
+using std::chrono::nanoseconds;
 
 /// How often a memory that found no room is tried again when no frame comes.
 constexpr milliseconds retry_pause{100};
@@ -33,6 +36,13 @@ Status prepare(const UniqueFd &socket) {
         ::shutdown(socket.get(), SHUT_RD) < 0)
         return failed(errno);
     return ok();
+}
+
+/// Of this thread.
+nanoseconds processor_time() {
+    timespec used{};
+    ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
+    return std::chrono::seconds(used.tv_sec) + nanoseconds(used.tv_nsec);
 }
 
 bool hung_up(const UniqueFd &socket) {
@@ -113,6 +123,12 @@ Status StreamNotifier::check_limits(uid_t user) const {
     const auto of_user = std::count_if(streams_.begin(), streams_.end(), [&](const Stream &stream) {
         return stream.socket && stream.claim.user == user;
     });
+    if (std::any_of(refusals_.begin(), refusals_.end(), [&](const Refusal &one) {
+            return one.user == user && one.until > Clock::now();
+        }))
+        return Error{
+            fmt::format("A stream of user {} was too expensive: try again in a minute.", user),
+            EDQUOT};
     if (of_user >= most_streams_of_a_user)
         return Error{fmt::format("User {} has {} streams open, the most that one user may have.",
                                  user, of_user),
@@ -167,7 +183,17 @@ Status StreamNotifier::update() {
     ::eventfd_t count = 0;
     ::eventfd_read(event_.get(), &count);
     ring_.collect();
-    return renew_if_due();
+    if (Status renewed = renew_if_due(); !renewed)
+        return renewed;
+    std::vector<UniqueFd> expensive; // closed when the lock is not held
+    const std::lock_guard lock(mutex_);
+    expensive.swap(expensive_);
+    if (!expensive.empty())
+        return Error{fmt::format("a stream of user {} was ended: thousands waited for each of its "
+                                 "datagrams, which took the time of the others",
+                                 refusals_.front().user),
+                     EDQUOT};
+    return ok();
 }
 
 Status StreamNotifier::renew_if_due() {
@@ -234,12 +260,8 @@ bool StreamNotifier::turn(std::span<const epoll_event> events) {
     const bool frame = head != announced_;
     announced_ = head;
     bool news = frame;
-    if (frame || memory_pending_) {
-        memory_pending_ = false;
-        for (Stream &stream : streams_)
-            if (stream.socket && !announce(stream, head - 1, frame))
-                memory_pending_ = true;
-    }
+    if (frame || memory_pending_)
+        announce_to_all(head - 1, frame);
     // Asked anew: the place of a stream that has ended may have a new one by now.
     for (const epoll_event &event : events)
         if (auto *stream = static_cast<Stream *>(event.data.ptr);
@@ -248,6 +270,31 @@ bool StreamNotifier::turn(std::span<const epoll_event> events) {
             news = true;
         }
     return news || (renewal_due() && count() > 0);
+}
+
+void StreamNotifier::announce_to_all(std::uint64_t index, bool frame) {
+    memory_pending_ = false;
+    nanoseconds before = processor_time();
+    for (Stream &stream : streams_) {
+        if (!stream.socket)
+            continue;
+        if (!announce(stream, index, frame))
+            memory_pending_ = true;
+        const nanoseconds after = processor_time();
+        stream.excess = std::max(stream.excess + (after - before) - fair_cost, nanoseconds(0));
+        if (stream.excess > too_much)
+            end_expensive(stream);
+        before = after;
+    }
+}
+
+/// Without a last datagram, which would take as long.
+void StreamNotifier::end_expensive(Stream &stream) {
+    std::shift_right(refusals_.begin(), refusals_.end(), 1);
+    refusals_.front() = {stream.claim.user, Clock::now() + refusal};
+    ::epoll_ctl(epoll_.get(), EPOLL_CTL_DEL, stream.socket.get(), nullptr);
+    expensive_.push_back(std::move(stream.socket));
+    end(stream, 0);
 }
 
 /// False when the stream has to wait for its memory.

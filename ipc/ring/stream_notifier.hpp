@@ -17,6 +17,7 @@
 #include <optional>
 #include <span>
 #include <thread>
+#include <vector>
 
 struct epoll_event;
 
@@ -38,7 +39,9 @@ struct StreamClaim {
 /// client does with its end costs the estimator thread nothing, and the notifier no more than this:
 /// - it does not read: what finds no room is left out, until it reads again;
 /// - it sends: refused by the kernel, our end is shut for reading;
-/// - it closes, shuts down or dies: the kernel says so, and the stream ends.
+/// - it closes, shuts down or dies: the kernel says so, and the stream ends;
+/// - it makes thousands wait for the socket, whose queue each datagram walks: the stream ends as
+///   soon as that has cost `too_much`, and its user gets no other for a while.
 /// After a stream's end the others get a new memory, within a second, so that a client that has
 /// kept the mapping sees nothing more.
 class StreamNotifier {
@@ -47,6 +50,11 @@ public:
     static constexpr int most_streams_of_a_user = 16; ///< so that no user can lock out the others
     /// The least time between renewals of the memory that clients cause.
     static constexpr std::chrono::milliseconds renewal_pause{1000};
+
+    /// Processor time that the datagrams of a stream may take beyond 100 us each; 10 are usual.
+    static constexpr std::chrono::microseconds fair_cost{100};
+    static constexpr std::chrono::milliseconds too_much{5};
+    static constexpr std::chrono::seconds refusal{60};
 
     /// Starts the thread, which calls `at_start` first, if any: to give itself a priority. `ring`
     /// outlives the notifier. Errors: the errno of a descriptor.
@@ -63,7 +71,8 @@ public:
     // The main thread's side.
 
     /// Opens a stream for `user` and returns the client's end. `owner` is for close_if(). Fails
-    /// with EDQUOT at a limit above, or when the system refuses a descriptor or memory.
+    /// with EDQUOT at a limit above and for a user whose stream was ended as too expensive, or when
+    /// the system refuses a descriptor or memory.
     Result<UniqueFd> open(uid_t user, bool images, std::uint64_t owner = 0);
     /// Ends the streams for which `ends` is true, saying `error` (AFTERGLOW_MESSAGE_END), and gives
     /// the rest a new memory at once. Returns how many were ended.
@@ -83,7 +92,8 @@ private:
     struct Stream {
         UniqueFd socket;
         StreamClaim claim;
-        std::uint64_t renewal = 0; ///< of the memory sent last
+        std::uint64_t renewal = 0;          ///< of the memory sent last
+        std::chrono::nanoseconds excess{0}; ///< of its datagrams' cost over the fair one
     };
 
     StreamNotifier(RingWriter &ring, UniqueFd epoll, UniqueFd frames, UniqueFd event,
@@ -91,6 +101,8 @@ private:
     void run();
     /// Handles what came; true when the main thread is to know.
     bool turn(std::span<const epoll_event> events);
+    void announce_to_all(std::uint64_t index, bool frame);
+    void end_expensive(Stream &stream);
     bool announce(Stream &stream, std::uint64_t index, bool frame);
     Status check_limits(uid_t user) const;
     Result<UniqueFd> connect(Stream &place, const StreamClaim &claim);
@@ -115,6 +127,12 @@ private:
     bool memory_pending_ = false;              ///< a stream waits for the newest memory
     bool renewal_wanted_ = false;              ///< a stream has ended since the last one
     Clock::time_point last_renewal_;
+    std::vector<UniqueFd> expensive_; ///< sockets that take long even to close, for update()
+    struct Refusal {
+        uid_t user = 0;
+        Clock::time_point until{};
+    };
+    std::array<Refusal, most_streams> refusals_; ///< the newest first
 
     std::uint64_t announced_ = 0; ///< the thread's: frames announced
     std::thread thread_;
