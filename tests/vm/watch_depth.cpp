@@ -13,6 +13,7 @@
 #include "afterglow/afterglow.h"
 #include "drivers/files/image_file.hpp"
 #include "drivers/files/recording.hpp"
+#include "tests/open_stream.hpp"
 
 #include <fmt/format.h>
 
@@ -48,7 +49,7 @@ struct RecordedFrames {
 };
 
 struct Seen {
-    afterglow_frame frame = {.size = sizeof frame};
+    afterglow_frame frame = empty_frame();
     Luma luma;
     DepthMap depth;
 };
