@@ -67,7 +67,7 @@ void Link::set_timer(std::uint64_t due_us) {
 void Link::call() {
     state_ = State::calling;
     due_us_ = now_us() + options_.timeout_us;
-    int error = call_.start(options_.bus, options_.images);
+    int error = call_.start(options_.bus, options_.images, !was_open_);
     if (error == 0)
         error = watch_call();
     if (error < 0)
@@ -83,6 +83,7 @@ int Link::watch_call() {
 
 void Link::adopt(UniqueFd socket) {
     state_ = State::open;
+    was_open_ = true;
     socket_ = std::move(socket);
     problem_ = 0;
     pause_us_ = first_pause_us;

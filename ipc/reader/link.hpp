@@ -70,6 +70,8 @@ private:
     UniqueFd timer_;
     OpenCall call_;
     UniqueFd socket_;
+    /// Only the first stream has the bus start the daemon: one that was stopped stays so.
+    bool was_open_ = false;
     int problem_ = 0;
     std::uint64_t due_us_ = 0; ///< of the call's end or the next one's beginning
     std::uint64_t pause_us_ = 0;

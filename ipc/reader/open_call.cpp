@@ -3,6 +3,7 @@
 
 #include "ipc/bus/bus.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <fcntl.h>
 #include <limits>
@@ -40,20 +41,25 @@ int to_errno(const sd_bus_error &error) {
 
 } // namespace
 
-int OpenCall::start(const char *bus, bool images) {
+int OpenCall::start(const char *bus, bool images, bool start_daemon) {
     Bus connection;
     if (const int error = open_bus(bus, connection); error < 0)
         return error;
     bus_.reset(connection.release());
     result_ = -EINPROGRESS;
-    const char *name = "org.afterglow.Depth1";
-    const char *path = "/org/afterglow/Depth1";
-    const int called =
-        images ? sd_bus_call_method_async(bus_.get(), nullptr, name, path, name, "OpenStream",
-                                          on_answer, this, "a{sv}", 1, "images", "b", 1)
-               : sd_bus_call_method_async(bus_.get(), nullptr, name, path, name, "OpenStream",
-                                          on_answer, this, "a{sv}", 0);
-    return called < 0 ? called : 0;
+    sd_bus_message *made = nullptr;
+    int error = sd_bus_message_new_method_call(bus_.get(), &made, "org.afterglow.Depth1",
+                                               "/org/afterglow/Depth1", "org.afterglow.Depth1",
+                                               "OpenStream");
+    const BusMessage call(made);
+    if (error >= 0)
+        error = sd_bus_message_set_auto_start(made, start_daemon ? 1 : 0);
+    if (error >= 0)
+        error = images ? sd_bus_message_append(made, "a{sv}", 1, "images", "b", 1)
+                       : sd_bus_message_append(made, "a{sv}", 0);
+    if (error >= 0)
+        error = sd_bus_call_async(bus_.get(), nullptr, made, on_answer, this, 0);
+    return std::min(error, 0);
 }
 
 int OpenCall::on_answer(sd_bus_message *answer, void *call, sd_bus_error * /*error*/) {

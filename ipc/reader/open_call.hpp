@@ -18,8 +18,9 @@ public:
     OpenCall(const OpenCall &) = delete;
     OpenCall &operator=(const OpenCall &) = delete;
 
-    /// Connects to the bus and calls. Returns 0, or what the bus refused with.
-    int start(const char *bus, bool images);
+    /// Connects to the bus and calls; `start_daemon`: the bus is to start it where it does not run.
+    /// Returns 0, or what the bus refused with.
+    int start(const char *bus, bool images, bool start_daemon);
     /// Goes on as far as possible. -EINPROGRESS, 0 with the stream's socket in `socket`, or an
     /// error as documented at afterglow_open().
     int process(UniqueFd &socket);

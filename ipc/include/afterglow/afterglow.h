@@ -56,7 +56,9 @@ enum afterglow_open_flags {
     /* afterglow_open() does not wait for the daemon: the stream is open when afterglow_wait() or a
      * reading function says so by not returning -EINPROGRESS. */
     AFTERGLOW_NONBLOCK = 2,
-    /* When the daemon ends or is not there yet, wait for the next one; see -ECONNRESET below. */
+    /* When the daemon ends or is not there yet, wait for the next one; see -ECONNRESET below. The
+     * bus starts the daemon for the first opening, but one that has ended has to come back by
+     * itself. */
     AFTERGLOW_RECONNECT = 4,
 };
 

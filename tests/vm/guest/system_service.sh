@@ -221,7 +221,7 @@ as reader busctl "${open[@]}" 0 >/dev/null
 without_gap
 
 echo "-- a wrong configuration waits for a person"
-kill %1 # who would have the bus start it again
+pkill -x follow_stream # who would have the bus start it again
 echo 'nonsense = 1' >>$config
 ! systemctl restart afterglowd || fail "it starts with a wrong configuration"
 check "$(systemctl show -P ExecMainStatus afterglowd)" == 78
@@ -286,6 +286,7 @@ hang_threads
 until_true 30 logged 'Watchdog timeout'
 until_true 1 dark
 comes_back
-kill %1 # or it starts the daemon again
 systemctl stop afterglowd
+sleep 3
+! systemctl -q is-active afterglowd || fail "a reader that waits leaves a stopped daemon alone"
 dark || fail "dark in the end"
