@@ -197,11 +197,10 @@ void add_gate(ParameterTable &table, GatePolicy &gate) {
               "Mode auto: greatest distance of two measurements; lower it where depth must never "
               "be old.");
     table.add("gate.duty_cycle_budget", &gate.duty_cycle_budget, {0.01, 100, "percent"},
-              "Mode auto: frames lit in the long run, at most; lower it to guarantee battery life, "
-              "100 = no budget.");
+              "Frames lit in the long run, at most, whatever mode and clients want; lower it to "
+              "guarantee battery life, 100 = no budget.");
     table.add("gate.budget_burst", &gate.budget_burst, {1, 1000, "frames"},
-              "Mode auto: lit frames that the budget lets be saved up; raise it for long bursts of "
-              "motion.");
+              "Lit frames that the budget lets be saved up; raise it for long bursts of motion.");
 }
 
 } // namespace

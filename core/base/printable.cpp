@@ -14,6 +14,14 @@ bool is_continuation(char c) {
     return (static_cast<unsigned char>(c) & 0xC0) == 0x80;
 }
 
+/// Whether a character makes what follows it be shown in another order: U+200E, U+200F, U+202A to
+/// U+202E, U+2066 to U+2069. So a line could show what it does not say.
+bool turns_text(std::string_view character) {
+    return character == "\xe2\x80\x8e" || character == "\xe2\x80\x8f" ||
+           (character >= "\xe2\x80\xaa" && character <= "\xe2\x80\xae") ||
+           (character >= "\xe2\x81\xa6" && character <= "\xe2\x81\xa9");
+}
+
 /// Bytes of the printable character that `text` starts with; 0 = it starts with none.
 std::size_t character_length(std::string_view text) {
     const auto first = static_cast<unsigned char>(text[0]);
@@ -29,7 +37,9 @@ std::size_t character_length(std::string_view text) {
         if (!is_continuation(text[i]))
             return 0;
     // U+0080 to U+009F are control characters as well.
-    return first == 0xC2 && static_cast<unsigned char>(text[1]) < 0xA0 ? 0 : length;
+    if (first == 0xC2 && static_cast<unsigned char>(text[1]) < 0xA0)
+        return 0;
+    return turns_text(text.substr(0, length)) ? 0 : length;
 }
 
 std::string escaped(std::string_view text) {

@@ -11,8 +11,8 @@
 namespace afterglow {
 namespace {
 
-constexpr std::uint64_t first_pause_us = 100'000;
-constexpr std::uint64_t last_pause_us = 2'000'000;
+constexpr std::uint64_t shortest_pause_us = 100'000;
+constexpr std::uint64_t longest_pause_us = 2'000'000;
 constexpr std::uint64_t at_once_us = 1;
 
 std::uint64_t now_us() {
@@ -41,7 +41,6 @@ bool may_pass(int error) {
 
 int Link::create(const Options &options) {
     options_ = options;
-    pause_us_ = first_pause_us;
     epoll_ = UniqueFd(::epoll_create1(EPOLL_CLOEXEC));
     timer_ = UniqueFd(::timerfd_create(CLOCK_MONOTONIC, TFD_CLOEXEC | TFD_NONBLOCK));
     if (!epoll_ || !timer_)
@@ -86,7 +85,7 @@ void Link::adopt(UniqueFd socket) {
     was_open_ = true;
     socket_ = std::move(socket);
     problem_ = 0;
-    pause_us_ = first_pause_us;
+    lost_us_ = 0;
     set_timer(0);
     if (const int error = watch(socket_.get(), EPOLLIN); error < 0)
         end(error);
@@ -110,8 +109,11 @@ Link::Event Link::lose(int error) {
     problem_ = error;
     call_.cancel();
     socket_ = UniqueFd();
-    due_us_ = now_us() + pause_us_;
-    pause_us_ = std::min(2 * pause_us_, last_pause_us);
+    const std::uint64_t now = now_us();
+    if (lost_us_ == 0)
+        lost_us_ = now;
+    // So the next daemon is found when a quarter more of the time without one has gone by.
+    due_us_ = now + std::clamp((now - lost_us_) / 4, shortest_pause_us, longest_pause_us);
     set_timer(due_us_);
     return {was_open ? Event::Kind::lost : Event::Kind::none, {}};
 }

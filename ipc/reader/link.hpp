@@ -73,8 +73,8 @@ private:
     /// Only the first stream has the bus start the daemon: one that was stopped stays so.
     bool was_open_ = false;
     int problem_ = 0;
-    std::uint64_t due_us_ = 0; ///< of the call's end or the next one's beginning
-    std::uint64_t pause_us_ = 0;
+    std::uint64_t due_us_ = 0;  ///< of the call's end or the next one's beginning
+    std::uint64_t lost_us_ = 0; ///< since when there is no stream; 0: there is one, or never was
 };
 
 } // namespace afterglow

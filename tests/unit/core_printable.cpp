@@ -20,7 +20,9 @@ TEST_CASE("UTF-8 of a user is quoted as it is, and what is not UTF-8 is escaped"
                                                           "e \xe2\x82\xac \xf0\x9f\x94\xa6");
     CHECK(printable("\xff\xc3") == "\\xff\\xc3");
     CHECK(printable("\xc3(") == "\\xc3(");
-    CHECK(printable("\xc2\x9b") == "\\xc2\\x9b"); // U+009B starts an escape sequence too
+    CHECK(printable("\xc2\x9b") == "\\xc2\\x9b");            // U+009B starts an escape sequence too
+    CHECK(printable("a\xe2\x80\xae") == "a\\xe2\\x80\\xae"); // U+202E turns what follows around
+    CHECK(printable("\xe2\x80\x94") == "\xe2\x80\x94");
 }
 
 TEST_CASE("of long text of a user only beginning and end are quoted") {
