@@ -10,7 +10,6 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <compare>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -80,7 +79,9 @@ private:
     struct Place {
         std::size_t document = 0;
         unsigned line = 1;
-        auto operator<=>(const Place &) const = default;
+        bool operator<(const Place &other) const {
+            return std::tie(document, line) < std::tie(other.document, other.line);
+        }
     };
     struct Problem {
         Place place;
