@@ -103,6 +103,7 @@ public:
 private:
     Status watch();
     void tell_ready();
+    void log_note(const Note &note);
     void empty_outbox();
     void update_streams();
     void show_state();
@@ -247,10 +248,16 @@ int Daemon::on_watchdog(sd_event_source * /*source*/, std::uint64_t /*time_us*/,
 void Daemon::update_streams() {
     StreamNotifier &streams = thread_->streams();
     if (const Status renewed = streams.update(); !renewed)
-        log(Priority::warning, renewed.error().message);
+        log_note(Note::of(Priority::warning, renewed.error().message));
     if (streams.count() != open_streams_)
         set_claims(streams.count());
     empty_outbox();
+}
+
+/// What is said again and again is said now and then.
+void Daemon::log_note(const Note &note) {
+    if (const auto line = notes_.line(note, std::chrono::steady_clock::now()))
+        log(note.priority, *line);
 }
 
 void Daemon::empty_outbox() {
@@ -259,9 +266,7 @@ void Daemon::empty_outbox() {
     for (Note note; outbox.next_note(note);) {
         if (note.lost)
             service_.camera_lost(*note.lost, note.sentence());
-        const auto line = notes_.line(note, std::chrono::steady_clock::now());
-        if (line)
-            log(note.priority, *line);
+        log_note(note);
     }
     for (FrameEvent event; outbox.next_frame(event);)
         service_.frame_published(event);
