@@ -109,6 +109,8 @@ TEST_CASE("a frame is one system call, whatever clients there are", "[ipc]") {
 TEST_CASE("publishing a ring frame allocates nothing", "[ipc]") {
     TestRing ring;
     const Stream stream = ring.open();
+    ring.publish();
+    REQUIRE(afterglow_wait(stream.get(), 60'000) == 0); // the notifier's thread has started
     const auto allocations_of = [&](int frames) {
         const std::uint64_t before = allocation_count();
         for (int i = 0; i < frames; ++i)
