@@ -10,3 +10,13 @@
 #define AFTERGLOW_SANITIZED
 #endif
 #endif
+
+#include <cstddef>
+
+/// Bytes of freed memory that a process may keep because of the sanitizer (AddressSanitizer's
+/// quarantine is 256 MB).
+#ifdef AFTERGLOW_SANITIZED
+constexpr std::size_t freed_memory_kept = std::size_t{300} << 20;
+#else
+constexpr std::size_t freed_memory_kept = 0;
+#endif

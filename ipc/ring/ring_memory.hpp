@@ -13,7 +13,7 @@ namespace afterglow {
 
 /// What a plane of a ring holds.
 struct PlaneFormat {
-    afterglow_plane_kind kind;
+    std::uint32_t kind;   ///< enum afterglow_plane_kind
     std::uint32_t format; ///< AFTERGLOW_FORMAT_...
     std::uint32_t pixel_bytes;
     double unit; ///< what 1 stands for; 0: nothing

@@ -86,7 +86,7 @@ pid_t run(char **command, const UniqueFd &stream, const UniqueFd &opened) {
 int main(int argc, char **argv) {
     const PlaneFormat formats[] = {
 #ifdef GROWN
-        {static_cast<afterglow_plane_kind>(77), AFTERGLOW_FORMAT_GREY, 1, 0},
+        {77, AFTERGLOW_FORMAT_GREY, 1, 0},
 #endif
         {AFTERGLOW_PLANE_DEPTH, AFTERGLOW_FORMAT_Z16, 2, 0.001},
         {AFTERGLOW_PLANE_CONFIDENCE, AFTERGLOW_FORMAT_GREY, 1, 0.0005},
