@@ -35,11 +35,12 @@ in_background frames afterglowctl --bus "$bus" monitor
 until_true 10 grep -q measured frames
 v4l2-ctl -c inject_v4l2_buf_flag_error=1
 until_line 5 daemon.log 'corrupt'
-v4l2-ctl -c percentage_of_dropped_buffers=40
 missed=$(statistic FramesMissed)
-sleep 4
+more_missed() { [ "$(statistic FramesMissed)" -gt "$missed" ]; }
+# So few that six in a row, a silent camera that is restarted, are not to be expected.
+v4l2-ctl -c percentage_of_dropped_buffers=20
+until_true 20 more_missed
 v4l2-ctl -c percentage_of_dropped_buffers=0
-check "$(statistic FramesMissed)" '>' "$missed"
 v4l2-ctl -c inject_fatal_streaming_error=1
 until_line 5 daemon.log "'/dev/video0' stopped"
 until_true 5 state_is running
