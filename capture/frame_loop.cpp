@@ -31,6 +31,7 @@ void FrameLoop::set_camera(const Intrinsics &camera) {
     assert(has_size(camera_, camera.width, camera.height));
     camera_ = camera;
     pipeline_ = make_(camera_);
+    earlier_worlds_ = last_world_;
     gate_.restart();
 }
 
@@ -99,6 +100,8 @@ FrameResult FrameLoop::step(std::chrono::nanoseconds timeout) {
         set_light(false, result);
         result.lit = rig_.illuminator->was_lit(color_.t_ns);
     }
+    if (result.estimate.world > 0)
+        result.estimate.world = last_world_ = earlier_worlds_ + result.estimate.world;
     return result;
 }
 

@@ -78,6 +78,8 @@ private:
     PipelineFactory make_;
     Intrinsics camera_;
     std::unique_ptr<Pipeline> pipeline_;
+    std::uint32_t earlier_worlds_ = 0; ///< those of the pipelines before, which counted from 1, too
+    std::uint32_t last_world_ = 0;     ///< as published
     Gate gate_;
     DepthPairing pairing_;
     ColorFrame color_;

@@ -27,7 +27,7 @@ enum class GateReason : std::uint8_t {
     first,     ///< there is no measurement yet
     lost,      ///< the camera's motion is not known any more
     error,     ///< the expected error passes the target
-    saving,    ///< the expected error is not yet there, but a measurement pays off
+    saving,    ///< the target is still met, but a measurement saves more error than it costs
     coverage,  ///< too little of the map is left
     age,       ///< the map would be too old
     interval,  ///< it is time, by GateMode::interval
@@ -51,7 +51,8 @@ struct GatePolicy {
     double coverage_floor = 75; ///< percent of what a measurement would cover
     int shortest_interval_frames = 1;  ///< between two measurements, at least
     int longest_interval_frames = 300; ///< and at most
-    double longest_age_ms = 0;         ///< no map may be older than this; 0 = any may
+    /// Milliseconds since the measurement that a published map rests on, at most; 0: no limit.
+    double longest_age_ms = 0;
 
     // For every mode.
     /// Percent of the frames that may be lit in the long run; 100 = no budget. `budget_burst`

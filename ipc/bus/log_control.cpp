@@ -3,6 +3,8 @@
 
 #include "core/base/log.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -31,7 +33,8 @@ int read_name(sd_bus_message *value, const std::array<std::string_view, count> &
         return read;
     const auto found = std::find(names.begin(), names.end(), std::string_view(name));
     if (found == names.end())
-        return sd_bus_error_setf(error, SD_BUS_ERROR_INVALID_ARGS, "There is no '%s' here.", name);
+        return sd_bus_error_setf(error, SD_BUS_ERROR_INVALID_ARGS, "'%s' is not one of %s.", name,
+                                 fmt::format("{}", fmt::join(names, ", ")).c_str());
     return static_cast<int>(found - names.begin());
 }
 
