@@ -185,7 +185,7 @@ TEST_CASE("another calibration takes effect without a pause") {
     const auto event = fixture.last_event();
     CHECK(event->frame.calibration == 2);
     CHECK(event->frame.fx == fixture.orders.camera->fx);
-    CHECK(event->frame.world == 2); // with another origin, and so another number
+    CHECK(event->frame.world == 2);                   // with another origin, and so another number
     CHECK(event->frame.source == AFTERGLOW_MEASURED); // depth of the camera before is no use
     CHECK(event->missed == 0);
     CHECK(fixture.cameras.color_start_count == 1);
