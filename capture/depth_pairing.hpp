@@ -23,7 +23,7 @@ inline constexpr double min_measured_coverage = 1;
 /// but when a map has not the camera's size.
 class DepthPairing {
 public:
-    /// `camera`: of the images, to which depth is registered.
+    /// `camera`: of the depth maps.
     DepthPairing(const Pairing &pairing, const Intrinsics &camera);
 
     /// The light has gone on: what was read before is of no use.

@@ -10,6 +10,14 @@ bool has_size(const Intrinsics &camera, int width, int height) {
     return width == camera.width && height == camera.height;
 }
 
+[[maybe_unused]] bool same_sizes(const RigGeometry &a, const RigGeometry &b) {
+    const auto same = [](const CameraModel &x, const CameraModel &y) {
+        return has_size(x.pinhole, y.pinhole.width, y.pinhole.height);
+    };
+    return same(a.rig.color, b.rig.color) && same(a.rig.tof, b.rig.tof) &&
+           same(a.published, b.published);
+}
+
 /// What `work` gives; the time it takes is added to `total`.
 template <class Work>
 decltype(auto) timed(std::chrono::nanoseconds &total, Work &&work) {
@@ -21,16 +29,19 @@ decltype(auto) timed(std::chrono::nanoseconds &total, Work &&work) {
 
 } // namespace
 
-FrameLoop::FrameLoop(Rig &rig, PipelineFactory make, const GatePolicy &gate)
-    : rig_(rig), make_(std::move(make)), camera_(rig.color->intrinsics()),
-      pipeline_(make_(camera_)), gate_(gate), pairing_(rig.pairing, camera_) {
-    color_.luma = Luma(camera_.width, camera_.height);
+FrameLoop::FrameLoop(Rig &rig, PipelineFactory make, const GatePolicy &gate,
+                     const std::optional<RigGeometry> &geometry)
+    : rig_(rig), make_(std::move(make)),
+      geometry_(geometry ? *geometry : RigGeometry(rig.color->intrinsics())),
+      pipeline_(make_(geometry_)), gate_(gate), pairing_(rig.pairing, geometry_.rig.tof.pinhole) {
+    const Intrinsics &camera = geometry_.rig.color.pinhole;
+    color_.luma = Luma(camera.width, camera.height);
 }
 
-void FrameLoop::set_camera(const Intrinsics &camera) {
-    assert(has_size(camera_, camera.width, camera.height));
-    camera_ = camera;
-    pipeline_ = make_(camera_);
+void FrameLoop::set_geometry(const RigGeometry &geometry) {
+    assert(same_sizes(geometry_, geometry));
+    geometry_ = geometry;
+    pipeline_ = make_(geometry_);
     earlier_worlds_ = last_world_;
     gate_.restart();
 }
@@ -106,9 +117,10 @@ FrameResult FrameLoop::step(std::chrono::nanoseconds timeout) {
 }
 
 bool FrameLoop::is_trusted(FrameResult &result) {
-    if (!has_size(camera_, color_.luma.width(), color_.luma.height())) {
+    const Intrinsics &camera = geometry_.rig.color.pinhole;
+    if (!has_size(camera, color_.luma.width(), color_.luma.height())) {
         result.problem = "the image has not the size of the camera's images";
-        color_.luma = Luma(camera_.width, camera_.height);
+        color_.luma = Luma(camera.width, camera.height);
     } else if (last_t_ns_ && color_.t_ns <= *last_t_ns_) {
         result.problem = "the image is not later than the one before it";
     }
@@ -120,7 +132,9 @@ void FrameLoop::measure(FrameResult &result) {
         return;
     result.awaited = true;
     result.lit = rig_.illuminator->was_lit(color_.t_ns);
-    result.tof = pairing_.read(*rig_.tof, *rig_.illuminator, color_.t_ns, result.estimate);
+    // An estimate that is not seen along the TOF camera's rays cannot be compared with its maps.
+    result.tof = pairing_.read(*rig_.tof, *rig_.illuminator, color_.t_ns,
+                               geometry_.publishes_readings() ? result.estimate : Estimate{});
     if (result.tof == Capture::damaged || result.tof == Capture::lost)
         result.problem = pairing_.problem();
     if (result.tof == Capture::lost)
@@ -133,7 +147,12 @@ void FrameLoop::measure(FrameResult &result) {
         result.wake_latency = std::chrono::nanoseconds(color_.t_ns - *asked_ns_);
     asked_ns_.reset();
     result.estimate = timed(result.estimation_time, [&]() -> const Estimate & {
-        return pipeline_->measure(pairing_.depth());
+        Measurement measurement = pairing_.depth();
+        // Registered depth is shown for the image's time, and stamps of such cameras differ by
+        // what nobody has calibrated.
+        if (!geometry_.registered)
+            measurement.lag_s = 1e-9 * static_cast<double>(pairing_.t_ns() - color_.t_ns);
+        return pipeline_->measure(measurement);
     });
     gate_.measured();
     // Going dark now and not at the next image saves a frame of light; a camera that measures

@@ -43,13 +43,15 @@ struct FrameResult {
 /// Runs on the estimator thread; allocates nothing after it was made while the devices are well.
 class FrameLoop {
 public:
-    /// The rig must outlive the loop; its sources must have been opened, not started.
-    FrameLoop(Rig &rig, PipelineFactory make, const GatePolicy &gate);
+    /// The rig must outlive the loop; its sources must have been opened, not started. Without
+    /// `geometry` depth is registered to the colour camera, which its source tells.
+    FrameLoop(Rig &rig, PipelineFactory make, const GatePolicy &gate,
+              const std::optional<RigGeometry> &geometry = {});
 
-    /// The colour camera's calibration, instead of that of its source; the size must be the same.
-    /// Makes the pipeline anew, which forgets depth and all that was learnt. Allocates.
-    void set_camera(const Intrinsics &camera);
-    const Intrinsics &camera() const { return camera_; }
+    /// Another calibration; the sizes of all cameras must be the same. Makes the pipeline anew,
+    /// which forgets depth and all that was learnt. Allocates.
+    void set_geometry(const RigGeometry &geometry);
+    const RigGeometry &geometry() const { return geometry_; }
 
     /// Starts both sources. On failure neither runs. Depth from before a pause is forgotten; what
     /// was learnt about the cameras, and what has been spent of the budget, stays.
@@ -76,7 +78,7 @@ private:
 
     Rig &rig_;
     PipelineFactory make_;
-    Intrinsics camera_;
+    RigGeometry geometry_;
     std::unique_ptr<Pipeline> pipeline_;
     std::uint32_t earlier_worlds_ = 0; ///< those of the pipelines before, which counted from 1, too
     std::uint32_t last_world_ = 0;     ///< as published

@@ -3,6 +3,9 @@
 
 #include "core/keyframe/keyframe_pipeline.hpp"
 #include "core/paper/paper_pipeline.hpp"
+#include "core/rig/rig_pipeline.hpp"
+
+#include <cassert>
 
 namespace afterglow {
 
@@ -18,10 +21,13 @@ std::optional<EstimatorOptions> estimator_preset(std::string_view name) {
 }
 
 PipelineFactory pipeline_factory(const EstimatorOptions &options, WorkerPool &pool) {
-    return [options, &pool](const Intrinsics &camera) -> std::unique_ptr<Pipeline> {
+    return [options, &pool](const RigGeometry &geometry) -> std::unique_ptr<Pipeline> {
+        assert(geometry.registered || options.method == Method::keyframe);
+        if (!geometry.registered)
+            return std::make_unique<RigPipeline>(options.keyframe, geometry, pool);
         if (options.method == Method::paper)
-            return std::make_unique<PaperPipeline>(options, camera, pool);
-        return std::make_unique<KeyframePipeline>(options.keyframe, camera, pool);
+            return std::make_unique<PaperPipeline>(options, geometry.camera(), pool);
+        return std::make_unique<KeyframePipeline>(options.keyframe, geometry.camera(), pool);
     };
 }
 

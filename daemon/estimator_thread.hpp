@@ -39,7 +39,7 @@ public:
     /// The next image asks for a measurement, unless the mode is off or the budget is spent.
     void measure();
     /// Another calibration of the colour camera; of the same size.
-    void set_camera(const Intrinsics &camera);
+    void set_geometry(const RigGeometry &geometry);
     /// How long the cameras go on after the last stream's end, from the next one on.
     void set_linger(double seconds);
     /// Whether a stream is open. If not, the cameras stop after a while, unless configured to run

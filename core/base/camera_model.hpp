@@ -28,7 +28,7 @@ enum class Lens : std::uint8_t {
 ///
 /// (Brown 1966; Kannala and Brandt, PAMI 2006.) Real-time safe.
 struct CameraModel {
-    Intrinsics pinhole;
+    Intrinsics pinhole{};
     Lens lens = Lens::pinhole;
     std::array<double, 8> distortion{};
 

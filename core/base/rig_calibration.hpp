@@ -11,7 +11,7 @@ struct RigCalibration {
     CameraModel color;
     CameraModel tof;
     /// Takes points of the colour camera's frame to the TOF camera's, metres.
-    Pose tof_from_color;
+    Pose tof_from_color{};
     /// The TOF camera gives the distance along each pixel's ray, and not along Z.
     bool range_along_ray = false;
     /// By how much the time stamps of depth maps are too early on the images' clock, seconds.

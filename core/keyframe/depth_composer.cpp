@@ -20,11 +20,18 @@ struct Candidate {
 
 } // namespace
 
-DepthComposer::DepthComposer(const Intrinsics &camera, const KeyframeOptions &options,
-                             WorkerPool &pool)
-    : camera_(camera), options_(options), pool_(pool), warp_(camera, options.warp),
-      depth_(camera.width, camera.height), confidence_(camera.width, camera.height),
-      compared_(MotionMask::cells(camera.width), MotionMask::cells(camera.height)) {}
+Eigen::Vector3f shutter_skew(const Views &views, const Keyframe &keyframe,
+                             const Eigen::Vector3f &since) {
+    if (!views.publishes_tracking())
+        return Eigen::Vector3f::Zero(); // that camera shows one instant
+    return views.surface_from_tracking.R.cast<float>() * (keyframe.skew + since);
+}
+
+DepthComposer::DepthComposer(const Views &views, const KeyframeOptions &options, WorkerPool &pool)
+    : views_(views), camera_(views.published), options_(options), pool_(pool),
+      warp_(views.surface, views.published, options.warp), depth_(camera_.width, camera_.height),
+      confidence_(depth_.width(), depth_.height()),
+      compared_(MotionMask::cells(camera_.width), MotionMask::cells(camera_.height)) {}
 
 void DepthComposer::clear() {
     std::ranges::fill(depth_.pixels(), std::uint16_t{0});
@@ -41,8 +48,9 @@ void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const P
     int count = 0;
     for (int i = 0; i < keyframes.size() && count < most_candidates; ++i) {
         const Pose pose = now * keyframes[i].depth_from_world.inverse();
-        const float share =
-            i == reference ? 2.0f : visible_share(keyframes[i].surface, pose, camera_);
+        const float share = i == reference ? 2.0f
+                                           : visible_share(keyframes[i].surface, views_.surface,
+                                                           pose, views_.published);
         if (share > least_visible_share)
             candidates[static_cast<std::size_t>(count++)] = {i, share};
     }
@@ -55,8 +63,9 @@ void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const P
             break;
         const Keyframe &k = keyframes[candidates[static_cast<std::size_t>(i)].keyframe];
         const Pose pose = now * k.depth_from_world.inverse();
-        warp_.run(k.surface, pose, depth_, pool_, first ? alignment.skew : Eigen::Vector3f::Zero());
-        merge(map_error(k.surface, camera_, pose, alignment.covariance, options_.error), k.surface,
+        warp_.run(k.surface, pose, depth_, pool_,
+                  shutter_skew(views_, k, first ? alignment.skew : Eigen::Vector3f::Zero()));
+        merge(map_error(k.surface, views_, pose, alignment.covariance, options_.error), k.surface,
               error_scale);
     }
 }

@@ -17,6 +17,11 @@
 
 namespace afterglow {
 
+/// How the rows of a published picture turn against a keyframe's surface, rotation vector, surface
+/// camera's coordinates, radians; `since`: how much more than the keyframe's image did.
+Eigen::Vector3f shutter_skew(const Views &views, const Keyframe &keyframe,
+                             const Eigen::Vector3f &since);
+
 /// Draws one depth map from several keyframes: the reference map first, then those that see most
 /// of the view, each into the pixels that are still empty. Every pixel gets the confidence that its
 /// expected error deserves.
@@ -24,11 +29,12 @@ namespace afterglow {
 /// Allocates when made; the calls are real-time safe.
 class DepthComposer {
 public:
-    DepthComposer(const Intrinsics &camera, const KeyframeOptions &options, WorkerPool &pool);
+    DepthComposer(const Views &views, const KeyframeOptions &options, WorkerPool &pool);
 
-    /// `now`: world to camera, when its depth map would be exposed. `alignment`: of the image with
-    /// keyframe `reference`. Stops when `enough` pixels are covered. The map shows what a TOF
-    /// camera with that `correction` would read. `error_scale`: factor on the modelled errors.
+    /// `now`: world to published camera, when its depth map would be exposed. `alignment`: of the
+    /// image with keyframe `reference`. Stops when `enough` pixels are covered. The map shows what
+    /// a TOF camera with that `correction` would read. `error_scale`: factor on the modelled
+    /// errors.
     void compose(const KeyframeSet &keyframes, int reference, const Pose &now,
                  const Alignment &alignment, int enough, const DepthCorrection &correction = {},
                  float error_scale = 1);
@@ -62,7 +68,8 @@ private:
     void merge(const MapError &error, const DepthSurface &surface, float error_scale);
     int merge_row(int v, int begin, int end, const ConfidenceTable &table);
 
-    Intrinsics camera_;
+    Views views_;
+    Intrinsics camera_; ///< the published one
     KeyframeOptions options_;
     WorkerPool &pool_;
     Warp warp_;

@@ -12,10 +12,10 @@ constexpr float enough_coverage = 0.98f;
 constexpr float least_fill = 0.05f;
 
 /// Mean relative error expected of a map's own pixels.
-float fresh_error(const DepthSurface &surface, const Intrinsics &camera,
-                  const KeyframeOptions &options) {
+float fresh_error(const DepthSurface &surface, const Views &views, const KeyframeOptions &options) {
     constexpr int step = 8;
-    const MapError error = map_error(surface, camera, Pose::identity(),
+    const Intrinsics &camera = views.surface;
+    const MapError error = map_error(surface, views, views.published_from_surface(),
                                      Eigen::Matrix<float, 6, 6>::Zero(), options.error);
     double sum = 0;
     int count = 0;
@@ -31,12 +31,21 @@ float fresh_error(const DepthSurface &surface, const Intrinsics &camera,
     return count > 0 ? static_cast<float>(sum / count) : 0.0f;
 }
 
+/// Share of the pixels that have depth.
+float fill(DepthView depth) {
+    int filled = 0;
+    for (int v = 0; v < depth.height(); ++v)
+        filled += depth.width() -
+                  static_cast<int>(std::count(depth.row(v), depth.row(v) + depth.width(), 0));
+    return static_cast<float>(filled) / static_cast<float>(depth.width() * depth.height());
+}
+
 } // namespace
 
-DepthPublication::DepthPublication(const KeyframeOptions &options, const Intrinsics &camera,
+DepthPublication::DepthPublication(const KeyframeOptions &options, const Views &views,
                                    WorkerPool &pool)
-    : camera_(camera), options_(options), composer_(camera, options, pool),
-      motion_mask_(camera, options.alignment), local_errors_(camera) {
+    : views_(views), camera_(views.published), options_(options), composer_(views, options, pool),
+      motion_mask_(views, options.alignment), local_errors_(views.published) {
     estimate_.depth = composer_.depth();
     estimate_.confidence = composer_.confidence();
 }
@@ -52,17 +61,16 @@ const Estimate &DepthPublication::nothing(std::int64_t t_ns) {
 }
 
 const Estimate &DepthPublication::estimated(const KeyframeSet &keyframes,
-                                            const KeyframeTracker &tracker,
-                                            const Pose &depth_from_world,
+                                            const KeyframeTracker &tracker, const Pose &from_world,
                                             const DepthCorrection &correction, std::int64_t t_ns) {
     const Alignment &alignment = tracker.alignment();
     if (alignment.good) {
-        composer_.compose(keyframes, tracker.reference(), depth_from_world, alignment, enough_,
+        composer_.compose(keyframes, tracker.reference(), from_world, alignment, enough_,
                           correction, error_scale_.scale());
         motion_mask_.find(tracker.compared(keyframes), tracker.image(),
                           tracker.compared_alignment(), composer_.depth());
         composer_.distrust(motion_mask_, moving_scale_.scale() * options_.error.moving_error);
-        local_errors_.predict(composer_.depth(), since_measurement(depth_from_world),
+        local_errors_.predict(composer_.depth(), since_measurement(from_world),
                               static_cast<int>(estimate_.age_frames) + 1);
         composer_.distrust(local_errors_, error_scale_.scale());
     } else {
@@ -74,11 +82,12 @@ const Estimate &DepthPublication::estimated(const KeyframeSet &keyframes,
     estimate_.inliers = static_cast<int>(
         std::lround(alignment.inlier_share * static_cast<float>(alignment.points)));
     estimate_.wants_measurement = !alignment.good;
-    describe(alignment.good ? FrameSource::estimated : FrameSource::none, depth_from_world);
+    describe(alignment.good ? FrameSource::estimated : FrameSource::none, from_world);
     return estimate_;
 }
 
-const Estimate &DepthPublication::measured(DepthView depth, const Keyframe &fresh) {
+const Estimate &DepthPublication::measured(DepthView depth, const DepthSurface &fresh,
+                                           const Pose &from_world) {
     if (estimate_.source == FrameSource::estimated)
         learn_errors(depth);
     else
@@ -87,12 +96,12 @@ const Estimate &DepthPublication::measured(DepthView depth, const Keyframe &fres
     enough_ = static_cast<int>(enough_coverage * static_cast<float>(composer_.covered()));
     ever_measured_ = true;
     measured_ns_ = t_ns_;
-    measured_from_world_ = fresh.depth_from_world;
-    fresh_fill_ = std::max(fresh.surface.fill(), least_fill);
-    fresh_mre_ = 100 * error_scale_.scale() * fresh_error(fresh.surface, camera_, options_);
+    measured_from_world_ = from_world;
+    fresh_fill_ = std::max(fill(depth), least_fill);
+    fresh_mre_ = 100 * error_scale_.scale() * fresh_error(fresh, views_, options_);
     estimate_.age_frames = 0;
     estimate_.wants_measurement = false;
-    describe(FrameSource::measured, fresh.depth_from_world);
+    describe(FrameSource::measured, from_world);
     return estimate_;
 }
 
@@ -111,8 +120,8 @@ void DepthPublication::learn_errors(DepthView depth) {
         moving_scale_.learn(moving.true_error(), options_.error.moving_error);
 }
 
-Pose DepthPublication::since_measurement(const Pose &depth_from_world) const {
-    return (depth_from_world * measured_from_world_.inverse()).normalized();
+Pose DepthPublication::since_measurement(const Pose &from_world) const {
+    return (from_world * measured_from_world_.inverse()).normalized();
 }
 
 void DepthPublication::begin_world() {
@@ -126,7 +135,7 @@ DepthView DepthPublication::composed() const {
 }
 
 /// Fills in what follows from the composed map.
-void DepthPublication::describe(FrameSource source, const Pose &depth_from_world) {
+void DepthPublication::describe(FrameSource source, const Pose &from_world) {
     const float covered = static_cast<float>(composer_.covered()) /
                           static_cast<float>(camera_.width * camera_.height);
     estimate_.source = source;
@@ -134,8 +143,8 @@ void DepthPublication::describe(FrameSource source, const Pose &depth_from_world
     estimate_.relative_coverage = std::min(100 * covered / fresh_fill_, 100.0f);
     estimate_.expected_mre = composer_.expected_mre();
     estimate_.fresh_mre = fresh_mre_;
-    estimate_.pose = since_measurement(depth_from_world);
-    estimate_.world_from_camera = depth_from_world.inverse();
+    estimate_.pose = since_measurement(from_world);
+    estimate_.world_from_camera = from_world.inverse();
     estimate_.tracked = source != FrameSource::none;
     estimate_.age_ns = source == FrameSource::none ? 0 : t_ns_ - measured_ns_;
 }

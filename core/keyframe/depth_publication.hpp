@@ -16,20 +16,20 @@ namespace afterglow {
 /// them. Allocates when made; the calls are real-time safe.
 class DepthPublication {
 public:
-    DepthPublication(const KeyframeOptions &options, const Intrinsics &camera, WorkerPool &pool);
+    DepthPublication(const KeyframeOptions &options, const Views &views, WorkerPool &pool);
     DepthPublication(const DepthPublication &) = delete; // the estimate views the planes
     DepthPublication &operator=(const DepthPublication &) = delete;
 
     /// A new image, taken at `t_ns`, with no pose to show depth from; asks for a measurement.
     const Estimate &nothing(std::int64_t t_ns);
-    /// A new image, taken at `t_ns` and aligned by `tracker`. `depth_from_world`: the camera's pose
-    /// when a depth map would be exposed. Nothing, if the alignment is not good.
+    /// A new image, taken at `t_ns` and aligned by `tracker`. `from_world`: the published camera's
+    /// pose for it. Nothing, if the alignment is not good.
     const Estimate &estimated(const KeyframeSet &keyframes, const KeyframeTracker &tracker,
-                              const Pose &depth_from_world, const DepthCorrection &correction,
+                              const Pose &from_world, const DepthCorrection &correction,
                               std::int64_t t_ns);
-    /// `depth` was measured for the last image; what it lacks stays as estimated. `fresh`: the
-    /// keyframe made of it.
-    const Estimate &measured(DepthView depth, const Keyframe &fresh);
+    /// `depth`, as the published camera sees it from `from_world`, was measured for the last image;
+    /// what it lacks stays as estimated. `fresh`: the surface made of it.
+    const Estimate &measured(DepthView depth, const DepthSurface &fresh, const Pose &from_world);
 
     /// The last published map; empty where it has no depth.
     DepthView composed() const;
@@ -39,11 +39,12 @@ public:
 
 private:
     void learn_errors(DepthView depth);
-    /// Motion of the camera since the last measurement.
-    Pose since_measurement(const Pose &depth_from_world) const;
-    void describe(FrameSource source, const Pose &depth_from_world);
+    /// Motion of the published camera since the last measurement.
+    Pose since_measurement(const Pose &from_world) const;
+    void describe(FrameSource source, const Pose &from_world);
 
-    Intrinsics camera_;
+    Views views_;
+    Intrinsics camera_; ///< the published one
     KeyframeOptions options_;
     DepthComposer composer_;
     MotionMask motion_mask_;
@@ -53,7 +54,7 @@ private:
     Estimate estimate_;
     std::int64_t t_ns_ = 0;
     std::int64_t measured_ns_ = 0;
-    Pose measured_from_world_; ///< where the last measurement was made
+    Pose measured_from_world_; ///< where the published camera was at the last measurement
     bool ever_measured_ = false;
     float fresh_fill_ = 1; ///< share of the pixels that the last measured map has
     int enough_ = 0;       ///< pixels covered after which no more maps are added

@@ -25,12 +25,14 @@ double variance_along(const Eigen::Vector3d &g, const Eigen::Vector3d &X,
 
 } // namespace
 
-MapError map_error(const DepthSurface &surface, const Intrinsics &camera, const Pose &pose,
+MapError map_error(const DepthSurface &surface, const Views &views, const Pose &pose,
                    const Eigen::Matrix<float, 6, 6> &covariance, const ErrorOptions &options) {
     constexpr int grid = 32, reach = 4;
-    const double fx = camera.fx;
-    const double fy = camera.fy;
-    const Eigen::Matrix<double, 6, 6> C = covariance.cast<double>();
+    const Intrinsics &camera = views.surface, &to = views.published;
+    const double fx = camera.fx, fy = camera.fy;
+    const Eigen::Matrix<double, 6, 6> A = adjoint(views.surface_from_tracking);
+    const Eigen::Matrix<double, 6, 6> C = A * covariance.cast<double>() * A.transpose();
+    const Pose at_rest = views.published_from_surface();
     double depth_variance = 0;
     double shift_variance = 0;
     float motion = 0;
@@ -44,10 +46,10 @@ MapError map_error(const DepthSurface &surface, const Intrinsics &camera, const 
             const Eigen::Vector3d Y = pose * X;
             if (!(Y.z() > 0.05))
                 continue;
-            const Eigen::Vector2d p = camera.project(Y);
-            if (!(p.x() >= 0 && p.y() >= 0 && p.x() < camera.width && p.y() < camera.height))
+            const Eigen::Vector2d p = to.project(Y);
+            if (!(p.x() >= 0 && p.y() >= 0 && p.x() < to.width && p.y() < to.height))
                 continue;
-            motion += static_cast<float>((p - Eigen::Vector2d(u, v)).norm());
+            motion += static_cast<float>((p - to.project(at_rest * X)).norm());
             ++sampled;
             // Inverse depth is linear in the image on a plane: its gradient is the normal.
             Eigen::Vector3d n{0, 0, 1.0 / z};
@@ -59,8 +61,8 @@ MapError map_error(const DepthSurface &surface, const Intrinsics &camera, const 
                 n = {qu * fx, qv * fy, 1.0 / z - (qu * fx * X.x() + qv * fy * X.y()) / z};
             }
             depth_variance += std::min(variance_along(n, X, C), 1.0);
-            const Eigen::Vector3d du{fx / z, 0, -fx * X.x() / (z * z)};
-            const Eigen::Vector3d dv{0, fy / z, -fy * X.y() / (z * z)};
+            const Eigen::Vector3d du{to.fx / z, 0, -to.fx * X.x() / (z * z)};
+            const Eigen::Vector3d dv{0, to.fy / z, -to.fy * X.y() / (z * z)};
             shift_variance += std::min(variance_along(du, X, C) + variance_along(dv, X, C), 1e4);
         }
     MapError e;

@@ -4,6 +4,7 @@
 #include "core/base/camera.hpp"
 #include "core/base/rigid_motion.hpp"
 #include "core/keyframe/depth_surface.hpp"
+#include "core/keyframe/views.hpp"
 
 #include <Eigen/Core>
 
@@ -37,7 +38,9 @@ struct MapError {
 /// (v, w); with covariance C of (v, w), var(dz/z) = a C a^T, a = [n, X x n]. The same motion shifts
 /// image points by J_pi [I, -[X]x] (v, w); where the depth jumps or slopes, a shift costs
 /// |grad z| / z times its length. Both are averaged over a grid of the keyframe's surface.
-MapError map_error(const DepthSurface &surface, const Intrinsics &camera, const Pose &pose,
+/// `pose` takes points of the surface camera's frame to the published camera's; the motion is one
+/// of the tracking camera, before it.
+MapError map_error(const DepthSurface &surface, const Views &views, const Pose &pose,
                    const Eigen::Matrix<float, 6, 6> &covariance, const ErrorOptions &options);
 
 /// Expected relative error of one pixel of a carried map against a fresh reading.

@@ -5,15 +5,15 @@
 
 namespace afterglow {
 
-KeyframeSet::KeyframeSet(int capacity, const Intrinsics &camera,
-                         const SurfaceOptions &surface_options,
-                         const TemplateOptions &template_options) {
+KeyframeSet::KeyframeSet(int capacity, const Views &views, const SurfaceOptions &surface_options,
+                         const TemplateOptions &template_options)
+    : camera_(views.surface) {
     for (int i = 0; i < capacity; ++i)
-        keyframes_.push_back(std::make_unique<Keyframe>(camera, surface_options, template_options));
+        keyframes_.push_back(std::make_unique<Keyframe>(views, surface_options, template_options));
 }
 
 // When full, the one that sees least of the present view goes.
-Keyframe &KeyframeSet::push(const Pose &current_from_world, const Intrinsics &camera) {
+Keyframe &KeyframeSet::push(const Pose &current_from_world) {
     const int capacity = static_cast<int>(keyframes_.size());
     int place = size_;
     if (size_ == capacity) {
@@ -24,7 +24,7 @@ Keyframe &KeyframeSet::push(const Pose &current_from_world, const Intrinsics &ca
             const Pose pose = current_from_world * k.depth_from_world.inverse();
             // Between views of equal worth the older one goes.
             const float worth =
-                visible_share(k.surface, pose, camera) - 0.02f * static_cast<float>(i);
+                visible_share(k.surface, camera_, pose, camera_) - 0.02f * static_cast<float>(i);
             if (worth < least) {
                 least = worth;
                 place = i;
@@ -37,20 +37,21 @@ Keyframe &KeyframeSet::push(const Pose &current_from_world, const Intrinsics &ca
     return *keyframes_.front();
 }
 
-float visible_share(const DepthSurface &surface, const Pose &pose, const Intrinsics &camera) {
+float visible_share(const DepthSurface &surface, const Intrinsics &from, const Pose &pose,
+                    const Intrinsics &to) {
     constexpr int grid = 32;
     int sampled = 0, visible = 0;
-    for (int v = grid / 2; v < camera.height; v += grid)
-        for (int u = grid / 2; u < camera.width; u += grid) {
+    for (int v = grid / 2; v < from.height; v += grid)
+        for (int u = grid / 2; u < from.width; u += grid) {
             const float z = surface.z()(u, v);
             if (z == 0.0f)
                 continue;
             ++sampled;
-            const Eigen::Vector3d X = pose * camera.back_project(u, v, z);
+            const Eigen::Vector3d X = pose * from.back_project(u, v, z);
             if (!(X.z() > 0.05))
                 continue;
-            const Eigen::Vector2d p = camera.project(X);
-            visible += p.x() >= 0 && p.y() >= 0 && p.x() < camera.width && p.y() < camera.height;
+            const Eigen::Vector2d p = to.project(X);
+            visible += p.x() >= 0 && p.y() >= 0 && p.x() < to.width && p.y() < to.height;
         }
     return sampled ? static_cast<float>(visible) / static_cast<float>(sampled) : 0.0f;
 }

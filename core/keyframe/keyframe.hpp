@@ -4,6 +4,7 @@
 #include "core/base/rigid_motion.hpp"
 #include "core/keyframe/alignment_template.hpp"
 #include "core/keyframe/depth_surface.hpp"
+#include "core/keyframe/views.hpp"
 
 #include <memory>
 #include <vector>
@@ -12,17 +13,21 @@ namespace afterglow {
 
 /// A measured depth map, the image that belongs to it, and where the camera was.
 struct Keyframe {
-    Keyframe(const Intrinsics &camera, const SurfaceOptions &surface_options,
+    Keyframe(const Views &views, const SurfaceOptions &surface_options,
              const TemplateOptions &template_options)
-        : surface(camera, surface_options), alignment_template(camera, template_options) {}
+        : surface(views.surface, surface_options),
+          alignment_template(views.tracking, template_options) {}
 
     DepthSurface surface;
     AlignmentTemplate alignment_template;
-    /// World coordinates (those of the first measured frame) to the camera's, when its image and
-    /// when its depth map was exposed.
+    /// World coordinates (those of the first measured frame's tracking camera) to the tracking
+    /// camera's when its image was exposed, and to the surface camera's when its depth map was.
     Pose from_world;
     Pose depth_from_world;
     Eigen::Vector3d turning = Eigen::Vector3d::Zero(); ///< camera's rotation rate then, rad/s
+    /// How much further the camera turned from the first to the last row of its image, where the
+    /// surface was measured all at once; rotation vector, tracking camera's coordinates, radians.
+    Eigen::Vector3f skew = Eigen::Vector3f::Zero();
     std::int64_t t_ns = 0;
 };
 
@@ -30,7 +35,7 @@ struct Keyframe {
 /// takes the place of the one whose view the others see best.
 class KeyframeSet {
 public:
-    KeyframeSet(int capacity, const Intrinsics &camera, const SurfaceOptions &surface_options,
+    KeyframeSet(int capacity, const Views &views, const SurfaceOptions &surface_options,
                 const TemplateOptions &template_options);
 
     int size() const { return size_; }
@@ -38,16 +43,19 @@ public:
     const Keyframe &operator[](int i) const { return *keyframes_[static_cast<std::size_t>(i)]; }
 
     /// Makes room and returns the new newest keyframe, to be filled by the caller. `current` is
-    /// where the camera is now.
-    Keyframe &push(const Pose &current_from_world, const Intrinsics &camera);
+    /// where the surface camera is now.
+    Keyframe &push(const Pose &current_from_world);
     void clear() { size_ = 0; }
 
 private:
+    Intrinsics camera_; ///< of surfaces
     std::vector<std::unique_ptr<Keyframe>> keyframes_;
     int size_ = 0;
 };
 
-/// Share of `keyframe`'s surface that a camera at `pose` (keyframe to camera) has in its picture.
-float visible_share(const DepthSurface &surface, const Pose &pose, const Intrinsics &camera);
+/// Share of a surface of the camera `from` that the camera `to` has in its picture; `pose` takes
+/// points from the one's frame to the other's.
+float visible_share(const DepthSurface &surface, const Intrinsics &from, const Pose &pose,
+                    const Intrinsics &to);
 
 } // namespace afterglow

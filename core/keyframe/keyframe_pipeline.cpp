@@ -6,43 +6,69 @@
 
 namespace afterglow {
 
-KeyframePipeline::KeyframePipeline(const KeyframeOptions &options, const Intrinsics &camera,
+KeyframePipeline::KeyframePipeline(const KeyframeOptions &options, const Views &views,
                                    WorkerPool &pool)
-    : camera_(camera), pool_(pool),
-      keyframes_(options.compose.keyframes, camera, options.surface, options.alignment_template),
-      motion_(options.motion), tracker_(options, camera, pool), arriving_(camera, options.surface),
-      registration_(options, camera), publication_(options, camera, pool) {}
+    : views_(views), pool_(pool),
+      keyframes_(options.compose.keyframes, views, options.surface, options.alignment_template),
+      motion_(options.motion), tracker_(options, views, pool),
+      arriving_(views.surface, options.surface), registration_(options, views),
+      seen_(views.surface, views.tracking, views.surface_from_tracking.inverse(), options),
+      published_(views.surface, views.published, views.published_from_surface(), options),
+      publication_(options, views, pool) {}
 
 const Estimate &KeyframePipeline::track(LumaView luma, std::int64_t t_ns) {
-    assert(luma.width() == camera_.width && luma.height() == camera_.height);
+    assert(luma.width() == views_.tracking.width && luma.height() == views_.tracking.height);
     const double dt = 1e-9 * static_cast<double>(t_ns - t_ns_);
     t_ns_ = t_ns;
     tracker_.load(luma);
     if (keyframes_.size() == 0)
         return publication_.nothing(t_ns);
-    tracker_.align(keyframes_, t_ns, dt, publication_.composed(), registration_.correction(),
-                   motion_);
-    depth_now_ = lag() * motion_.now();
-    return publication_.estimated(keyframes_, tracker_, depth_now_, registration_.correction(),
+    tracker_.align(keyframes_, t_ns, dt, publication_.composed(), published_correction(), motion_);
+    depth_now_ = views_.surface_from_tracking * lag() * motion_.now();
+    return publication_.estimated(keyframes_, tracker_, published_now(), published_correction(),
                                   t_ns);
 }
 
-const Estimate &KeyframePipeline::measure(DepthView depth) {
-    assert(depth.width() == camera_.width && depth.height() == camera_.height);
-    arriving_.build(depth, pool_, registration_.correction());
+const Estimate &KeyframePipeline::measure(const Measurement &measurement) {
+    assert(measurement.depth.width() == views_.surface.width &&
+           measurement.depth.height() == views_.surface.height);
+    if (stated_lag_s_ != measurement.lag_s) {
+        stated_lag_s_ = measurement.lag_s;
+        depth_now_ = views_.surface_from_tracking * lag() * motion_.now();
+    }
+    arriving_.build(measurement.depth, pool_, registration_.correction());
     if (keyframes_.size() > 0)
         register_map();
     if (keyframes_.size() == 0)
         forget();
-    Keyframe &k = keyframes_.push(depth_now_, camera_);
+    Keyframe &k = keyframes_.push(depth_now_);
     std::swap(k.surface, arriving_);
-    k.alignment_template.build(tracker_.image(), k.surface);
     k.from_world = motion_.now();
     k.depth_from_world = depth_now_;
     k.t_ns = t_ns_;
     k.turning = motion_.turning();
+    k.skew = (views_.readout_s * k.turning).cast<float>();
+    k.alignment_template.build(tracker_.image(),
+                               seen_.seen(k.surface, pool_, lag().inverse(),
+                                          views_.surface_from_tracking.R.cast<float>() * k.skew));
     tracker_.keyframe_added();
-    return publication_.measured(depth, k);
+    const Pose from_world = published_now();
+    const DepthView shown =
+        views_.publishes_readings()
+            ? measurement.depth
+            : published_.rendered(k.surface, from_world * depth_now_.inverse(), pool_,
+                                  shutter_skew(views_, k, Eigen::Vector3f::Zero()));
+    return publication_.measured(shown, k.surface, from_world);
+}
+
+Pose KeyframePipeline::published_now() const {
+    // What is published along the TOF camera's rays is what it would read, when it would.
+    return views_.publishes_surface() ? views_.published_from_surface() * depth_now_
+                                      : views_.published_from_tracking * motion_.now();
+}
+
+DepthCorrection KeyframePipeline::published_correction() const {
+    return views_.publishes_surface() ? registration_.correction() : DepthCorrection{};
 }
 
 /// Places the arriving map among the keyframes; where neither images nor geometry tell its place,
@@ -53,7 +79,8 @@ void KeyframePipeline::register_map() {
                                            motion_.turning());
     if (fit.good) {
         depth_now_ = (fit.pose * reference.depth_from_world).normalized();
-        motion_.correct((lag().inverse() * depth_now_).normalized());
+        motion_.correct(
+            (lag().inverse() * views_.surface_from_tracking.inverse() * depth_now_).normalized());
     } else if (!tracker_.alignment().good) {
         keyframes_.clear();
     }
@@ -61,7 +88,7 @@ void KeyframePipeline::register_map() {
 
 /// The next map begins a new world.
 void KeyframePipeline::forget() {
-    depth_now_ = Pose::identity();
+    depth_now_ = views_.surface_from_tracking;
     motion_.restart();
     publication_.begin_world();
 }

@@ -18,30 +18,37 @@ namespace afterglow {
 /// Preset "default": each image is aligned directly with the image of a measured depth map, several
 /// measured maps are warped into it, and the error of the result is predicted (docs/estimation.md).
 ///
-/// The world's coordinates are those of the first measured frame. Real-time safe after
-/// construction.
+/// The world's coordinates are those of the tracking camera at the first measured frame. Real-time
+/// safe after construction.
 class KeyframePipeline final : public Pipeline {
 public:
-    KeyframePipeline(const KeyframeOptions &options, const Intrinsics &camera, WorkerPool &pool);
+    KeyframePipeline(const KeyframeOptions &options, const Views &views, WorkerPool &pool);
 
     const Estimate &track(LumaView luma, std::int64_t t_ns) override;
-    const Estimate &measure(DepthView depth) override;
+    const Estimate &measure(const Measurement &measurement) override;
     void restart() override { keyframes_.clear(); }
 
 private:
-    /// Motion from an image's exposure to its depth map's.
-    Pose lag() const { return motion_.moved_in(registration_.correction().lag_s); }
+    /// Motion of the tracking camera from an image's exposure to its depth map's.
+    Pose lag() const { return motion_.moved_in(stated_lag_s_ + registration_.correction().lag_s); }
+    /// World to published camera at the last image.
+    Pose published_now() const;
+    /// The correction that composed maps are shown with.
+    DepthCorrection published_correction() const;
     void register_map();
     void forget();
 
-    Intrinsics camera_;
+    Views views_;
     WorkerPool &pool_;
     KeyframeSet keyframes_;
-    CameraMotion motion_; ///< when the last image was exposed
-    Pose depth_now_;      ///< world to camera when its depth map was, or would have been
+    CameraMotion motion_;     ///< of the tracking camera, when the last image was exposed
+    double stated_lag_s_ = 0; ///< of the last measurement
+    Pose depth_now_; ///< world to surface camera when its depth map was, or would have been
     KeyframeTracker tracker_;
     DepthSurface arriving_;
     MapRegistration registration_;
+    SurfaceRegistration seen_;      ///< measured surfaces as the tracking camera sees them
+    SurfaceRegistration published_; ///< and the published one
     DepthPublication publication_;
     std::int64_t t_ns_ = 0;
 };

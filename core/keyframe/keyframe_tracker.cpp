@@ -6,13 +6,15 @@
 
 namespace afterglow {
 
-KeyframeTracker::KeyframeTracker(const KeyframeOptions &options, const Intrinsics &camera,
+KeyframeTracker::KeyframeTracker(const KeyframeOptions &options, const Views &views,
                                  WorkerPool &pool)
-    : camera_(camera), pool_(pool), tracker_(options.alignment),
+    : views_(views), pool_(pool), tracker_(options.alignment),
       newest_bonus_(options.compose.newest_bonus / 100),
-      image_(camera.width, camera.height, options.alignment_template.coarsest_level),
-      previous_image_(image_), previous_surface_(camera, options.surface),
-      previous_template_(camera, options.alignment_template) {}
+      image_(views.tracking.width, views.tracking.height,
+             options.alignment_template.coarsest_level),
+      previous_image_(image_), composed_surface_(views.published, options.surface),
+      previous_(views.published, views.tracking, views.published_from_tracking.inverse(), options),
+      previous_template_(views.tracking, options.alignment_template) {}
 
 void KeyframeTracker::load(LumaView luma) {
     std::swap(image_, previous_image_);
@@ -24,9 +26,11 @@ int KeyframeTracker::pick_reference(const KeyframeSet &keyframes, const Pose &pr
     int best = 0;
     float most = -1;
     for (int i = 0; i < keyframes.size(); ++i) {
-        const Pose pose = predicted * keyframes[i].from_world.inverse();
+        const Pose pose =
+            predicted * keyframes[i].from_world.inverse() * views_.surface_from_tracking.inverse();
         const float share =
-            visible_share(keyframes[i].surface, pose, camera_) + (i == 0 ? newest_bonus_ : 0.0f);
+            visible_share(keyframes[i].surface, views_.surface, pose, views_.tracking) +
+            (i == 0 ? newest_bonus_ : 0.0f);
         if (share > most) {
             most = share;
             best = i;
@@ -61,8 +65,8 @@ void KeyframeTracker::align(const KeyframeSet &keyframes, std::int64_t t_ns, dou
 bool KeyframeTracker::bridge(const Pose &reference_from_world, const Pose &predicted, double dt,
                              DepthView previous_depth, const DepthCorrection &correction,
                              const CameraMotion &motion) {
-    previous_surface_.build(previous_depth, pool_, correction);
-    previous_template_.build(previous_image_, previous_surface_);
+    composed_surface_.build(previous_depth, pool_, correction);
+    previous_template_.build(previous_image_, previous_.seen(composed_surface_, pool_));
     const std::array<Pose, 2> starts{predicted * motion.now().inverse(), Pose::identity()};
     step_ = tracker_.track(previous_template_, image_, starts,
                            motion.prior(starts[0], motion.turning(), dt, dt));

@@ -8,6 +8,7 @@
 #include "core/keyframe/keyframe_options.hpp"
 #include "core/keyframe/pose_tracker.hpp"
 #include "core/keyframe/self_calibration.hpp"
+#include "core/keyframe/surface_registration.hpp"
 
 #include <cstdint>
 
@@ -20,7 +21,7 @@ namespace afterglow {
 /// Allocates when made; the calls are real-time safe.
 class KeyframeTracker {
 public:
-    KeyframeTracker(const KeyframeOptions &options, const Intrinsics &camera, WorkerPool &pool);
+    KeyframeTracker(const KeyframeOptions &options, const Views &views, WorkerPool &pool);
 
     /// The next image. The one before it is kept.
     void load(LumaView luma);
@@ -49,13 +50,14 @@ private:
                 DepthView previous_depth, const DepthCorrection &correction,
                 const CameraMotion &motion);
 
-    Intrinsics camera_;
+    Views views_;
     WorkerPool &pool_;
     PoseTracker tracker_;
     float newest_bonus_;
     Pyramid image_;
     Pyramid previous_image_;
-    DepthSurface previous_surface_; ///< of the image before, with `previous_template_`, to bridge
+    DepthSurface composed_surface_; ///< of the map composed for the image before
+    SurfaceRegistration previous_;  ///< the same in the tracking camera, to bridge
     AlignmentTemplate previous_template_;
     int reference_ = 0;
     Alignment alignment_;

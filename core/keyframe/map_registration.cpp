@@ -11,7 +11,7 @@ DepthFit MapRegistration::add(const Keyframe &reference, const DepthSurface &fre
     using Matrix6f = Eigen::Matrix<float, 6, 6>;
     Matrix6f information = Matrix6f::Zero();
     if (alignment.good) {
-        const Matrix6f after = adjoint(alignment.pose).cast<float>();
+        const Matrix6f after = adjoint(surface_from_tracking_ * alignment.pose).cast<float>();
         Matrix6f covariance = after * alignment.covariance * after.transpose();
         covariance.diagonal().array() += 1e-8f;
         information = covariance.ldlt().solve(Matrix6f::Identity());
@@ -19,7 +19,8 @@ DepthFit MapRegistration::add(const Keyframe &reference, const DepthSurface &fre
     const Pose start = expected * reference.depth_from_world.inverse();
     const DepthFit fit = refine_by_depth(reference.surface, fresh, camera_, start, information);
     if (fit.good && alignment.good) {
-        const Eigen::Vector3d rate_change = turning - fit.pose.R * reference.turning;
+        const Eigen::Matrix3d &R = surface_from_tracking_.R;
+        const Eigen::Vector3d rate_change = R * turning - fit.pose.R * (R * reference.turning);
         self_calibration_.add(calibration_evidence(reference.surface, fresh, camera_, fit, start,
                                                    information, rate_change, correction().lag_s));
     }

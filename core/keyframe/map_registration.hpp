@@ -13,12 +13,14 @@ namespace afterglow {
 /// differs from a pinhole camera exposed with the images. Real-time safe.
 class MapRegistration {
 public:
-    MapRegistration(const KeyframeOptions &options, const Intrinsics &camera)
-        : camera_(camera), self_calibration_(options.self_calibration) {}
+    MapRegistration(const KeyframeOptions &options, const Views &views)
+        : camera_(views.surface), surface_from_tracking_(views.surface_from_tracking),
+          self_calibration_(options.self_calibration) {}
 
-    /// Fits `fresh`, expected at `expected` (world to camera), to `reference` by geometry and by
-    /// what the images told, and learns from the two if both agree. `alignment`: of the image of
-    /// `fresh` with `reference`; `turning`: the camera's rotation rate now, rad/s.
+    /// Fits `fresh`, expected at `expected` (world to surface camera), to `reference` by geometry
+    /// and by what the images told, and learns from the two if both agree. `alignment`: of the
+    /// image of `fresh` with `reference`; `turning`: the tracking camera's rotation rate now,
+    /// rad/s.
     DepthFit add(const Keyframe &reference, const DepthSurface &fresh, const Pose &expected,
                  const Alignment &alignment, const Eigen::Vector3d &turning);
 
@@ -27,6 +29,7 @@ public:
 
 private:
     Intrinsics camera_;
+    Pose surface_from_tracking_;
     SelfCalibration self_calibration_;
 };
 

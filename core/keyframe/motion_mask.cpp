@@ -14,9 +14,20 @@ constexpr float hidden_share = 0.95f;
 
 } // namespace
 
-MotionMask::MotionMask(const Intrinsics &camera, const AlignmentOptions &options)
-    : options_(options), counts_(cells(camera.width), cells(camera.height)),
+MotionMask::MotionMask(const Views &views, const AlignmentOptions &options)
+    : views_(views), same_(views.publishes_tracking()), options_(options),
+      counts_(cells(views.published.width), cells(views.published.height)),
       moving_(counts_.width(), counts_.height()) {}
+
+Eigen::Vector2i MotionMask::published_pixel(float u, float v, float depth) const {
+    if (same_)
+        return {static_cast<int>(u), static_cast<int>(v)};
+    const Eigen::Vector3d X =
+        views_.published_from_tracking * views_.tracking.back_project(u, v, depth);
+    if (!(X.z() > 0))
+        return {-1, -1};
+    return views_.published.project(X).array().round().cast<int>();
+}
 
 void MotionMask::find(const AlignmentTemplate &reference, const Pyramid &image,
                       const Alignment &alignment, DepthView composed) {
@@ -33,8 +44,14 @@ void MotionMask::find(const AlignmentTemplate &reference, const Pyramid &image,
         for (std::size_t i = 0; i < TemplatePoints::block; ++i) {
             if (residuals.seen[i] == 0.0f)
                 continue;
-            const int u = static_cast<int>(residuals.u[i]) << level;
-            const int v = static_cast<int>(residuals.v[i]) << level;
+            const auto whole = [&](float at) {
+                return static_cast<float>(static_cast<int>(at) << level);
+            };
+            const Eigen::Vector2i at =
+                published_pixel(whole(residuals.u[i]), whole(residuals.v[i]), residuals.depth[i]);
+            const int u = at.x(), v = at.y();
+            if (!composed.contains(u, v))
+                continue;
             const auto shown = static_cast<float>(composed(u, v));
             if (shown > 0.0f && shown < hidden_share * 1000.0f * residuals.depth[i])
                 continue;

@@ -3,6 +3,7 @@
 
 #include "core/base/image.hpp"
 #include "core/keyframe/direct_alignment.hpp"
+#include "core/keyframe/views.hpp"
 
 #include <cstdint>
 
@@ -11,10 +12,11 @@ namespace afterglow {
 /// Where the scene moves against itself.
 ///
 /// Under the pose that most of a template's points agree on, points of something that moved by
-/// itself, and of what it now hides, meet other grey values than their own. The image is parted
-/// into square cells; a cell moves when most of the points that fall into it deviate by more than
-/// 2.5 times what the others do. Points that a nearer surface of the composed map hides tell
-/// nothing, and neither does a cell with few points. Templates leave depth edges out.
+/// itself, and of what it now hides, meet other grey values than their own. The published
+/// picture is parted into square cells; a cell moves when most of the points that fall into it
+/// deviate by more than 2.5 times what the others do. Points that a nearer surface of the composed
+/// map hides tell nothing, and neither does a cell with few points. Templates leave depth edges
+/// out.
 ///
 /// Allocates when made; find() is real-time safe.
 class MotionMask {
@@ -23,10 +25,10 @@ public:
     /// Cells along so many pixels; the last may reach beyond them.
     static constexpr int cells(int pixels) { return (pixels + cell_px - 1) / cell_px; }
 
-    MotionMask(const Intrinsics &camera, const AlignmentOptions &options);
+    MotionMask(const Views &views, const AlignmentOptions &options);
 
     /// `alignment`: of `image` with `reference`, good. `composed`: the depth map made for the
-    /// image, millimetres, full size.
+    /// image, millimetres, of the published camera.
     void find(const AlignmentTemplate &reference, const Pyramid &image, const Alignment &alignment,
               DepthView composed);
 
@@ -39,6 +41,11 @@ private:
         int outliers = 0;
     };
 
+    /// Where the published camera sees a point at pixel (u, v) of the tracking camera.
+    Eigen::Vector2i published_pixel(float u, float v, float depth) const;
+
+    Views views_;
+    bool same_; ///< both cameras are one
     AlignmentOptions options_;
     Image<Count> counts_;
     Image<std::uint8_t> moving_;

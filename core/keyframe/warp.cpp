@@ -25,22 +25,22 @@ void keep_nearest(WarpedPixel &pixel, WarpedPixel value, bool alone) {
 
 } // namespace
 
-Warp::Warp(const Intrinsics &camera, const WarpOptions &options)
-    : camera_(camera), options_(options), open_(camera.width, camera.height),
-      nearest_(camera.width + 2 * margin(), camera.height + 2 * margin()),
-      filled_(camera.width, camera.height), doubtful_(camera.width, camera.height),
-      landing_((camera.width + DepthSurface::tile_width - 1) / DepthSurface::tile_width,
-               (camera.height + DepthSurface::tile_height - 1) / DepthSurface::tile_height) {}
+Warp::Warp(const Intrinsics &from, const Intrinsics &to, const WarpOptions &options)
+    : from_(from), to_(to), options_(options), open_(to.width, to.height),
+      nearest_(to.width + 2 * margin(), to.height + 2 * margin()), filled_(to.width, to.height),
+      doubtful_(to.width, to.height),
+      landing_((from.width + DepthSurface::tile_width - 1) / DepthSurface::tile_width,
+               (from.height + DepthSurface::tile_height - 1) / DepthSurface::tile_height) {}
 
 ImageView<const WarpedPixel> Warp::landed() const {
-    return {nearest_.row(margin()) + margin(), camera_.width, camera_.height, nearest_.width()};
+    return {nearest_.row(margin()) + margin(), to_.width, to_.height, nearest_.width()};
 }
 
 void Warp::run(const DepthSurface &surface, const Pose &pose, DepthView taken, WorkerPool &pool,
                const Eigen::Vector3f &skew) {
     open_.find(taken);
     std::ranges::fill(nearest_.pixels(), nothing_landed);
-    const int rows = camera_.height, tile_rows = landing_.height(), n = pool.size();
+    const int rows = to_.height, tile_rows = landing_.height(), n = pool.size();
     pool.run([&](int worker) {
         scatter(surface, pose, skew, tile_rows * worker / n, tile_rows * (worker + 1) / n, n == 1);
     });
@@ -63,10 +63,10 @@ bool Warp::may_land(const DepthSurface &surface, int tile_x, int tile_y, const P
         const int u = (tile_x + (corner & 1)) * DepthSurface::tile_width;
         const int v = (tile_y + (corner >> 1 & 1)) * DepthSurface::tile_height;
         const Eigen::Vector3d X =
-            pose * camera_.back_project(u, v, corner & 4 ? range.farthest : range.nearest);
+            pose * from_.back_project(u, v, corner & 4 ? range.farthest : range.nearest);
         if (!(X.z() > 0.01))
             return true;
-        box.extend(camera_.project(X));
+        box.extend(to_.project(X));
     }
     const Eigen::Vector2f low = (box.min().array() - margin_px).cast<float>();
     const Eigen::Vector2f high = (box.max().array() + margin_px).cast<float>();
@@ -76,12 +76,12 @@ bool Warp::may_land(const DepthSurface &surface, int tile_x, int tile_y, const P
 void Warp::scatter(const DepthSurface &surface, const Pose &pose, const Eigen::Vector3f &skew,
                    int first_tile_row, int end_tile_row, bool alone) {
     constexpr int strip = DepthSurface::tile_width;
-    const int w = camera_.width, h = camera_.height;
-    const Eigen::Matrix3d K = camera_.matrix(), KR = K * pose.R, Ki = K.inverse();
+    const int w = from_.width, h = from_.height;
+    const Eigen::Matrix3d K = to_.matrix(), KR = K * pose.R, Ki = from_.matrix().inverse();
     const LandingLimits limits = {surface.options().nearest_m,     surface.options().farthest_m,
-                                  static_cast<float>(w),           static_cast<float>(h),
+                                  static_cast<float>(to_.width),   static_cast<float>(to_.height),
                                   options_.least_edge_distance_px, nearest_.width()};
-    const double margin_px = options_.crack_px + 1 + camera_.fx * skew.cast<double>().norm();
+    const double margin_px = options_.crack_px + 1 + to_.fx * skew.cast<double>().norm();
     for (int y = first_tile_row; y < end_tile_row; ++y)
         for (int x = 0; x < landing_.width(); ++x)
             landing_(x, y) = may_land(surface, x, y, pose, margin_px);

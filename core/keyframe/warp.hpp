@@ -44,13 +44,14 @@ inline float warped_z(WarpedPixel p) {
 /// Allocates when made; the calls are real-time safe.
 class Warp {
 public:
-    Warp(const Intrinsics &camera, const WarpOptions &options);
+    /// Surfaces of the camera `from` are carried into the view of the camera `to`.
+    Warp(const Intrinsics &from, const Intrinsics &to, const WarpOptions &options);
 
-    /// Carries `surface` along `pose` and fills cracks: empty pixels with the same surface on two
-    /// opposite sides, and pixels of a far surface that show through a near one. What was hidden or
-    /// outside the picture stays empty. Only for the pixels that are empty in `taken`; what
-    /// result() has elsewhere, or outside of open() tiles, means nothing. `skew`: rolling shutter,
-    /// see Placement::skew.
+    /// Carries `surface` along `pose` (its camera's frame to the other's) and fills cracks: empty
+    /// pixels with the same surface on two opposite sides, and pixels of a far surface that show
+    /// through a near one. What was hidden or outside the picture stays empty. Only for the pixels
+    /// that are empty in `taken`; what result() has elsewhere, or outside of open() tiles, means
+    /// nothing. `skew`: rolling shutter, see Placement::skew.
     void run(const DepthSurface &surface, const Pose &pose, DepthView taken, WorkerPool &pool,
              const Eigen::Vector3f &skew = Eigen::Vector3f::Zero());
 
@@ -68,7 +69,7 @@ private:
     void fill_cracks(const DepthSurface &surface, DepthView taken, int v, int begin, int end);
     WarpedPixel fill_pixel(const DepthSurface &surface, const WarpedPixel *at) const;
 
-    Intrinsics camera_;
+    Intrinsics from_, to_;
     WarpOptions options_;
     OpenTiles open_;
     Image<WarpedPixel> nearest_; ///< with a margin on all sides, on which nothing lands

@@ -58,7 +58,8 @@ const Estimate &PaperPipeline::track(LumaView luma, std::int64_t t_ns) {
     return frame_.give_estimated();
 }
 
-const Estimate &PaperPipeline::measure(DepthView depth) {
+const Estimate &PaperPipeline::measure(const Measurement &measurement) {
+    const DepthView depth = measurement.depth;
     assert(depth.same_size(measured_.view()));
     for (int v = 0; v < depth.height(); ++v)
         std::copy_n(depth.row(v), depth.width(), measured_.row(v));

@@ -27,7 +27,7 @@ class PaperPipeline : public Pipeline {
 public:
     PaperPipeline(const EstimatorOptions &options, const Intrinsics &camera, WorkerPool &pool);
     const Estimate &track(LumaView luma, std::int64_t t_ns) override;
-    const Estimate &measure(DepthView depth) override;
+    const Estimate &measure(const Measurement &measurement) override;
     void restart() override { frame_.give_nothing(); }
 
 protected:

@@ -26,7 +26,9 @@ public:
         return following ? frame_.give_estimated() : frame_.give_nothing();
     }
 
-    const Estimate &measure(DepthView depth) override { return frame_.give_measured(depth); }
+    const Estimate &measure(const Measurement &measured) override {
+        return frame_.give_measured(measured.depth);
+    }
     void restart() override { frame_.give_nothing(); }
 
 private:

@@ -44,16 +44,17 @@ public:
         return estimate_;
     }
 
-    const Estimate &measure(DepthView depth) override {
+    const Estimate &measure(const Measurement &measured) override {
+        const DepthView depth = measured.depth;
         // Where the camera's pose was lost, earlier maps have no place in the view any more.
         if (estimate_.source != FrameSource::estimated) {
             keyframes_.clear();
             now_ = Pose::identity();
         }
-        Keyframe &k = keyframes_.push(now_, camera_);
+        Keyframe &k = keyframes_.push(now_);
         k.surface.build(depth, pool_);
         k.depth_from_world = now_;
-        estimate_ = pipeline_->measure(depth);
+        estimate_ = pipeline_->measure(measured);
         return estimate_;
     }
 
@@ -95,8 +96,8 @@ private:
 } // namespace
 
 PipelineFactory oracle_factory(const EstimatorOptions &options, WorkerPool &pool, TruthAt truth) {
-    return [options, &pool, truth = std::move(truth)](const Intrinsics &camera) {
-        return std::make_unique<Oracle>(options, camera, pool, truth);
+    return [options, &pool, truth = std::move(truth)](const RigGeometry &geometry) {
+        return std::make_unique<Oracle>(options, geometry.camera(), pool, truth);
     };
 }
 

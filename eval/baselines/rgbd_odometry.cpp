@@ -79,7 +79,8 @@ public:
         return frame_.give_estimated();
     }
 
-    const Estimate &measure(DepthView depth) override {
+    const Estimate &measure(const Measurement &measured) override {
+        const DepthView depth = measured.depth;
         copy(depth, measured_);
         copy(depth, recent_);
         keyframe_ = make_frame(luma_, depth);

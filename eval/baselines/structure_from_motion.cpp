@@ -41,7 +41,9 @@ public:
         return e;
     }
 
-    const Estimate &measure(DepthView depth) override { return frame_.give_measured(depth); }
+    const Estimate &measure(const Measurement &measured) override {
+        return frame_.give_measured(measured.depth);
+    }
     void restart() override {
         previous_ = {};
         frame_.give_nothing();

@@ -120,9 +120,9 @@ PipelineFactory system_factory(const SystemDescription &system, const SystemInpu
     const Row *row =
         std::ranges::find(rows, system.name, [](const Row &r) { return r.description.name; });
     assert(row != std::end(rows));
-    return [row, inputs](const Intrinsics &camera) {
+    return [row, inputs](const RigGeometry &geometry) {
         cv::setNumThreads(inputs.pool.size());
-        return row->make(inputs, camera);
+        return row->make(inputs, geometry.camera());
     };
 }
 

@@ -27,7 +27,7 @@ struct Carried {
         DepthSurface surface(camera, as_measured());
         surface.build(map, pool);
         const DepthMap empty(camera.width, camera.height);
-        Warp warp(camera, options);
+        Warp warp(camera, camera, options);
         warp.run(surface, pose, taken ? *taken : empty, pool);
         for (int v = 0; v < camera.height; ++v)
             warp.open().for_each_run(v, [&](int begin, int end) {

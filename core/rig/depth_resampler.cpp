@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/rig/depth_resampler.hpp"
+
+#include "core/rig/pixel_places.hpp"
+
+#include <algorithm>
+#include <atomic>
+#include <cassert>
+#include <cmath>
+
+namespace afterglow {
+namespace {
+
+constexpr int one = 64; ///< parts of a pixel
+/// Neighbours that differ by more than this share of the nearer one lie on two surfaces.
+constexpr int surface_share = 24;
+
+bool is_step(int near, int far) {
+    return far - near > near / surface_share + 10;
+}
+
+} // namespace
+
+DepthResampler::DepthResampler(const CameraModel &from, const CameraModel &to)
+    : from_width_(from.pinhole.width), from_height_(from.pinhole.height),
+      to_width_(to.pinhole.width), to_height_(to.pinhole.height),
+      taps_(static_cast<std::size_t>(to_width_) * static_cast<std::size_t>(to_height_)) {
+    const int w = from_width_, h = from_height_;
+    std::size_t i = 0;
+    for (int v = 0; v < to_height_; ++v)
+        for (int u = 0; u < to_width_; ++u, ++i) {
+            taps_[i] = {-1, 0, 0};
+            const auto ray = to.ray(u, v);
+            if (!ray)
+                continue;
+            const auto at = pixel_seen(from, Eigen::Vector3d{ray->x(), ray->y(), 1});
+            // A pixel reaches half of its side beyond its centre.
+            if (!at ||
+                !(at->x() >= -0.5 && at->y() >= -0.5 && at->x() < w - 0.5 && at->y() < h - 0.5))
+                continue;
+            const int x = static_cast<int>(std::lround(std::clamp(at->x(), 0.0, w - 1.0) * one));
+            const int y = static_cast<int>(std::lround(std::clamp(at->y(), 0.0, h - 1.0) * one));
+            const int iu = std::min(x / one, w - 2), iv = std::min(y / one, h - 2);
+            taps_[i] = {iv * w + iu, static_cast<std::uint8_t>(x - iu * one),
+                        static_cast<std::uint8_t>(y - iv * one)};
+        }
+}
+
+int DepthResampler::run(DepthView from, ImageView<const std::uint8_t> from_confidence,
+                        ImageView<std::uint16_t> to, ImageView<std::uint8_t> to_confidence,
+                        WorkerPool &pool) const {
+    assert(from.width() == from_width_ && from.height() == from_height_ &&
+           from.stride() == from_width_);
+    assert(to.width() == to_width_ && to.height() == to_height_);
+    const int w = from_width_, n = pool.size();
+    std::atomic<int> covered = 0;
+    pool.run([&](int worker) {
+        int count = 0;
+        for (int v = to_height_ * worker / n; v < to_height_ * (worker + 1) / n; ++v) {
+            const Tap *tap = taps_.data() + static_cast<std::ptrdiff_t>(v) * to_width_;
+            std::uint16_t *out = to.row(v);
+            std::uint8_t *confidence = to_confidence.empty() ? nullptr : to_confidence.row(v);
+            for (int u = 0; u < to_width_; ++u, ++tap) {
+                out[u] = 0;
+                if (confidence)
+                    confidence[u] = 0;
+                if (tap->offset < 0)
+                    continue;
+                const std::uint16_t *p = from.data() + tap->offset;
+                const int a = p[0], b = p[1], c = p[w], d = p[w + 1];
+                const std::ptrdiff_t nearest =
+                    (tap->right >= one / 2 ? 1 : 0) + (tap->down >= one / 2 ? w : 0);
+                if (p[nearest] == 0)
+                    continue;
+                const int near = std::min(std::min(a, b), std::min(c, d));
+                const int far = std::max(std::max(a, b), std::max(c, d));
+                if (near != 0 && !is_step(near, far)) {
+                    const int upper = a * (one - tap->right) + b * tap->right;
+                    const int lower = c * (one - tap->right) + d * tap->right;
+                    out[u] = static_cast<std::uint16_t>(
+                        (upper * (one - tap->down) + lower * tap->down + one * one / 2) /
+                        (one * one));
+                } else {
+                    out[u] = p[nearest];
+                }
+                if (confidence)
+                    confidence[u] = from_confidence.data()[tap->offset + nearest];
+                ++count;
+            }
+        }
+        covered.fetch_add(count, std::memory_order_relaxed);
+    });
+    return covered;
+}
+
+TofReadings::TofReadings(const CameraModel &tof, bool range_along_ray)
+    : z_(tof.pinhole.width, tof.pinhole.height), result_(z_) {
+    if (!range_along_ray)
+        return;
+    for (int v = 0; v < z_.height(); ++v)
+        for (int u = 0; u < z_.width(); ++u) {
+            const auto ray = tof.ray(u, v);
+            z_of_range_.push_back(ray ? static_cast<float>(1 / std::sqrt(1 + ray->squaredNorm()))
+                                      : 0.0f);
+        }
+}
+
+DepthView TofReadings::run(DepthView readings) {
+    const int w = z_.width(), h = z_.height();
+    assert(readings.width() == w && readings.height() == h);
+    for (int v = 0; v < h; ++v) {
+        const std::uint16_t *in = readings.row(v);
+        std::uint16_t *z = z_.row(v);
+        if (z_of_range_.empty()) {
+            std::copy_n(in, w, z);
+            continue;
+        }
+        const float *scale = z_of_range_.data() + static_cast<std::ptrdiff_t>(v) * w;
+        for (int u = 0; u < w; ++u)
+            z[u] = static_cast<std::uint16_t>(static_cast<float>(in[u]) * scale[u] + 0.5f);
+    }
+    const auto between = [](int before, int here, int after) {
+        if (before == 0 || after == 0)
+            return false;
+        return (is_step(before, here) && is_step(here, after)) ||
+               (is_step(after, here) && is_step(here, before));
+    };
+    result_ = z_;
+    for (int v = 1; v < h - 1; ++v) {
+        const std::uint16_t *up = z_.row(v - 1), *row = z_.row(v), *down = z_.row(v + 1);
+        std::uint16_t *out = result_.row(v);
+        for (int u = 1; u < w - 1; ++u)
+            if (row[u] != 0 &&
+                (between(row[u - 1], row[u], row[u + 1]) || between(up[u], row[u], down[u])))
+                out[u] = 0;
+    }
+    return result_;
+}
+
+} // namespace afterglow

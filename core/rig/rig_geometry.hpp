@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/base/rig_calibration.hpp"
+
+namespace afterglow {
+
+/// The cameras that a pipeline works for: two that see, and one whose view is published.
+struct RigGeometry {
+    /// A pinhole camera with depth registered to it, which is published.
+    RigGeometry(const Intrinsics &camera) // NOLINT(google-explicit-constructor)
+        : rig{.color = {.pinhole = camera}, .tof = {.pinhole = camera}}, published(rig.color),
+          registered(true) {}
+    /// Two cameras of a rig, and the published one.
+    RigGeometry(const RigCalibration &calibration, const CameraModel &published_camera,
+                const Pose &published_from_color_camera)
+        : rig(calibration), published(published_camera),
+          published_from_color(published_from_color_camera) {}
+
+    RigCalibration rig;
+    CameraModel published;
+    Pose published_from_color; ///< takes points of the colour camera's frame to the published one's
+    /// Depth maps are registered to the colour camera: they show what it would see, in its size.
+    bool registered = false;
+
+    /// The one pinhole camera of a registered rig.
+    const Intrinsics &camera() const { return published.pinhole; }
+    /// What is published is seen along the rays of measured maps, pixel by pixel.
+    bool publishes_readings() const { return publishes_tof() && published == rig.tof; }
+    /// The published camera is where the TOF camera is, and looks the same way.
+    bool publishes_tof() const {
+        return published_from_color.R == rig.tof_from_color.R &&
+               published_from_color.T == rig.tof_from_color.T;
+    }
+};
+
+} // namespace afterglow

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/rig/rig_pipeline.hpp"
+
+#include "core/rig/working_views.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace afterglow {
+namespace {
+
+CameraModel pinhole(const Intrinsics &camera) {
+    return {camera, Lens::pinhole, {}};
+}
+
+/// Options in pixels are meant for maps as fine as the TOF camera's.
+KeyframeOptions adapted(KeyframeOptions options, const RigGeometry &geometry, const Views &views) {
+    const double finer = views.surface.fx / geometry.rig.tof.pinhole.fx;
+    options.error.edge_registration_px *= static_cast<float>(finer);
+    options.surface.smooth_radius_px =
+        std::clamp(static_cast<int>(std::lround(options.surface.smooth_radius_px * finer)), 0, 8);
+    if (views.readout_s > 0)
+        options.motion.readout_s = static_cast<float>(views.readout_s);
+    return options;
+}
+
+} // namespace
+
+RigPipeline::RigPipeline(const KeyframeOptions &options, const RigGeometry &geometry,
+                         WorkerPool &pool)
+    : RigPipeline(options, geometry, working_views(geometry), pool) {}
+
+RigPipeline::RigPipeline(const KeyframeOptions &options, const RigGeometry &geometry,
+                         const Views &views, WorkerPool &pool)
+    : pool_(pool), publishes_readings_(geometry.publishes_readings()),
+      color_(geometry.rig.color, views.tracking),
+      readings_(geometry.rig.tof, geometry.rig.range_along_ray),
+      tof_(geometry.rig.tof, pinhole(views.surface)),
+      surface_(views.surface.width, views.surface.height),
+      pipeline_(adapted(options, geometry, views), views, pool),
+      published_(pinhole(views.published), geometry.published),
+      depth_(geometry.published.pinhole.width, geometry.published.pinhole.height),
+      confidence_(depth_.width(), depth_.height()) {}
+
+const Estimate &RigPipeline::track(LumaView luma, std::int64_t t_ns) {
+    return publish(pipeline_.track(color_.run(luma), t_ns));
+}
+
+const Estimate &RigPipeline::measure(const Measurement &measurement) {
+    const DepthView z = readings_.run(measurement.depth);
+    tof_.run(z, {}, surface_, {}, pool_);
+    Measurement seen = surface_;
+    seen.lag_s = measurement.lag_s;
+    publish(pipeline_.measure(seen));
+    if (publishes_readings_)
+        for (int v = 0; v < z.height(); ++v)
+            for (int u = 0; u < z.width(); ++u)
+                if (const std::uint16_t reading = readings_.all()(u, v); reading != 0) {
+                    depth_(u, v) = reading;
+                    confidence_(u, v) = measured_confidence;
+                }
+    return estimate_;
+}
+
+const Estimate &RigPipeline::publish(const Estimate &composed) {
+    estimate_ = composed;
+    const int covered =
+        published_.run(composed.depth, composed.confidence, depth_, confidence_, pool_);
+    estimate_.depth = depth_;
+    estimate_.confidence = confidence_;
+    estimate_.coverage =
+        100 * static_cast<float>(covered) / static_cast<float>(depth_.width() * depth_.height());
+    return estimate_;
+}
+
+} // namespace afterglow

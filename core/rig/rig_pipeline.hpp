@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/keyframe/keyframe_pipeline.hpp"
+#include "core/pipeline.hpp"
+#include "core/rig/depth_resampler.hpp"
+#include "core/rig/luma_resampler.hpp"
+#include "core/rig/rig_geometry.hpp"
+
+namespace afterglow {
+
+/// Preset "default" for two cameras with lenses of their own: images and measured maps are brought
+/// to the pinhole cameras that KeyframePipeline works in, each at the place of the camera it comes
+/// from, and what it composes is brought to the published camera. Where that is the TOF camera,
+/// measured maps are published reading by reading. Real-time safe after construction.
+class RigPipeline final : public Pipeline {
+public:
+    RigPipeline(const KeyframeOptions &options, const RigGeometry &geometry, WorkerPool &pool);
+
+    const Estimate &track(LumaView luma, std::int64_t t_ns) override;
+    const Estimate &measure(const Measurement &measurement) override;
+    void restart() override { pipeline_.restart(); }
+
+private:
+    RigPipeline(const KeyframeOptions &options, const RigGeometry &geometry, const Views &views,
+                WorkerPool &pool);
+    const Estimate &publish(const Estimate &composed);
+
+    WorkerPool &pool_;
+    const bool publishes_readings_;
+    LumaResampler color_;
+    TofReadings readings_;
+    DepthResampler tof_;
+    DepthMap surface_; ///< the measured map as KeyframePipeline takes it
+    KeyframePipeline pipeline_;
+    DepthResampler published_;
+    DepthMap depth_;
+    Image<std::uint8_t> confidence_;
+    Estimate estimate_;
+};
+
+} // namespace afterglow
