@@ -2,6 +2,7 @@
 #include "config/config.hpp"
 
 #include "config/parameter_table.hpp"
+#include "config/read_text.hpp"
 #include "core/base/printable.hpp"
 
 #include <fmt/format.h>
@@ -10,13 +11,10 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <map>
 #include <optional>
-#include <sstream>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -245,20 +243,6 @@ private:
     std::vector<Problem> problems_;
     Place last_driver_;
 };
-
-Result<std::string> read_text(const std::string &path) {
-    errno = 0;
-    std::ifstream file(path, std::ios::binary);
-    std::stringstream text;
-    if (file)
-        text << file.rdbuf();
-    // An empty file is readable, but streams nothing.
-    if (!file || (!text && errno != 0))
-        return Error{fmt::format("{}: cannot be read: {}", printable(path),
-                                 std::strerror(errno != 0 ? errno : EIO)),
-                     errno != 0 ? errno : EIO};
-    return text.str();
-}
 
 /// The drop-ins of a configuration file, in order of name.
 Result<std::vector<std::string>> drop_ins(const std::string &path) {
