@@ -29,9 +29,11 @@ struct ColorFrame {
     std::uint64_t sequence = 0; ///< the device's count, from 0; gaps are frames the device dropped
 };
 
-/// One depth map, registered to the colour camera. Owned and reused by the caller.
+/// One depth map, of the TOF camera's size. Owned and reused by the caller.
 struct DepthFrame {
     DepthMap depth;
+    Image<std::uint16_t> amplitude{}; ///< of the depth's size, device units, larger is better;
+                                      ///< empty where the device gives none
     std::int64_t t_ns = 0; ///< capture time, on the clock of ColorFrame::t_ns
     std::uint64_t sequence = 0;
 };
