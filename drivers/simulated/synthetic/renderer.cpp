@@ -14,47 +14,19 @@ constexpr std::int16_t nothing = -1;
 } // namespace
 
 Renderer::Renderer(const Scene &scene, const Intrinsics &camera)
-    : scene_(scene), camera_(camera), inverse_z_(camera.width, camera.height),
+    : surfaces_(scene), camera_(camera), inverse_z_(camera.width, camera.height),
       z_(camera.width, camera.height), surface_(camera.width, camera.height, nothing) {
     assert(scene.quads.size() + scene.spheres.size() < 32767);
-    planes_.reserve(scene.quads.size());
-    balls_.reserve(scene.spheres.size());
 }
 
 void Renderer::render(double t_s, const Pose &world_to_camera, ImageView<std::uint8_t> luma) {
     assert(luma.same_size(z_.view()));
-    place_surfaces(t_s, world_to_camera);
+    surfaces_.place(t_s, world_to_camera, camera_);
     for (int v = 0; v < camera_.height; ++v) {
         find_nearest(v);
         shade_row(v, luma.row(v));
     }
     smooth_edges(luma);
-}
-
-void Renderer::place_surfaces(double t_s, const Pose &world_to_camera) {
-    planes_.clear();
-    balls_.clear();
-    const auto texture = [&](int index) -> const Texture & {
-        return scene_.textures[static_cast<std::size_t>(index)];
-    };
-    int body = -1;
-    Pose body_to_camera;
-    const auto place = [&](int next_body) { // surfaces of a body most often follow each other
-        if (next_body != body)
-            body_to_camera =
-                world_to_camera * scene_.bodies[static_cast<std::size_t>(next_body)](t_s);
-        body = next_body;
-    };
-    for (const Quad &quad : scene_.quads) {
-        place(quad.body);
-        const PlaneView plane(quad, texture(quad.texture), body_to_camera, camera_);
-        if (plane.faces_camera())
-            planes_.push_back(plane);
-    }
-    for (const Sphere &sphere : scene_.spheres) {
-        place(sphere.body);
-        balls_.emplace_back(sphere, texture(sphere.texture), body_to_camera, camera_);
-    }
 }
 
 void Renderer::find_nearest(int v) {
@@ -63,7 +35,7 @@ void Renderer::find_nearest(int v) {
     std::fill_n(nearest, camera_.width, 0.0F);
     std::fill_n(surface, camera_.width, nothing);
     std::int16_t index = 0;
-    for (const PlaneView &plane : planes_) {
+    for (const PlaneView &plane : surfaces_.planes()) {
         const Columns columns = plane.columns(v, camera_.width);
         const auto begin = static_cast<float>(plane.inverse_z()(columns.begin, v));
         const auto step = static_cast<float>(plane.inverse_z().a);
@@ -76,7 +48,7 @@ void Renderer::find_nearest(int v) {
         }
         ++index;
     }
-    for (const BallView &ball : balls_) {
+    for (const BallView &ball : surfaces_.balls()) {
         const Columns columns = ball.columns(v, camera_.width);
         for (int u = columns.begin; u < columns.end; ++u) {
             const auto inverse_z = static_cast<float>(ball.inverse_z_if_seen(u, v));
@@ -100,11 +72,10 @@ void Renderer::shade_row(int v, std::uint8_t *luma) {
         if (index == nothing) {
             std::fill(z + begin, z + end, 0.0F);
             std::fill(luma + begin, luma + end, std::uint8_t{0});
-        } else if (static_cast<std::size_t>(index) < planes_.size()) {
-            planes_[static_cast<std::size_t>(index)].shade(
-                begin, v, {inverse_z + begin, inverse_z + end}, z + begin, luma + begin);
+        } else if (const PlaneView *plane = surfaces_.plane(static_cast<std::size_t>(index))) {
+            plane->shade(begin, v, {inverse_z + begin, inverse_z + end}, z + begin, luma + begin);
         } else {
-            const BallView &ball = balls_[static_cast<std::size_t>(index) - planes_.size()];
+            const BallView &ball = surfaces_.ball(static_cast<std::size_t>(index));
             for (int u = begin; u < end; ++u) {
                 z[u] = 1 / inverse_z[u];
                 luma[u] = static_cast<std::uint8_t>(std::clamp(ball.luma(u, v) >> 8, 0, 255));
@@ -138,29 +109,19 @@ std::uint8_t Renderer::sample_pixel(int u, int v, std::uint8_t otherwise) const 
                 *end++ = index;
         }
     }
-    constexpr std::array<std::array<double, 2>, 4> places = {
-        {{-0.125, -0.375}, {0.375, -0.125}, {0.125, 0.375}, {-0.375, 0.125}}};
     int sum = 0;
-    for (const auto &[du, dv] : places) {
+    for (const auto &[du, dv] : places_in_pixel) {
         double nearest = 0;
         std::size_t seen = 0;
         for (const auto *candidate = candidates.begin(); candidate != end; ++candidate) {
             const auto index = static_cast<std::size_t>(*candidate);
-            const double inverse_z =
-                index < planes_.size()
-                    ? planes_[index].inverse_z_if_seen(u + du, v + dv)
-                    : balls_[index - planes_.size()].inverse_z_if_seen(u + du, v + dv);
+            const double inverse_z = surfaces_.inverse_z_if_seen(index, u + du, v + dv);
             if (inverse_z > nearest) {
                 nearest = inverse_z;
                 seen = index;
             }
         }
-        if (nearest <= 0)
-            sum += otherwise << 8;
-        else if (seen < planes_.size())
-            sum += planes_[seen].luma(u + du, v + dv);
-        else
-            sum += balls_[seen - planes_.size()].luma(u + du, v + dv);
+        sum += nearest > 0 ? surfaces_.luma(seen, u + du, v + dv) : otherwise << 8;
     }
     return static_cast<std::uint8_t>(std::clamp((sum / 4 + 128) >> 8, 0, 255));
 }

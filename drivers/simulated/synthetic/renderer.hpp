@@ -5,14 +5,14 @@
 #include "core/base/image.hpp"
 #include "core/base/rigid_motion.hpp"
 #include "drivers/simulated/synthetic/scene.hpp"
-#include "drivers/simulated/synthetic/surface.hpp"
+#include "drivers/simulated/synthetic/surface_set.hpp"
 
 #include <cstdint>
-#include <vector>
 
 namespace afterglow {
 
-/// Draws a scene as a camera sees it: the ray through each pixel's centre, met with every surface.
+/// Draws a scene as a pinhole camera sees it: the ray through each pixel's centre, met with every
+/// surface.
 ///
 /// The answer is exact, but rays are not cast one by one: of a plane the inverse depth, and the
 /// texture coordinates times it, are linear in the pixel, so that each row of a rectangle is one
@@ -31,19 +31,16 @@ public:
     ImageView<const float> depth() const { return z_; }
 
 private:
-    void place_surfaces(double t_s, const Pose &world_to_camera);
     void find_nearest(int v);
     void shade_row(int v, std::uint8_t *luma);
     void smooth_edges(ImageView<std::uint8_t> luma) const;
     std::uint8_t sample_pixel(int u, int v, std::uint8_t otherwise) const;
 
-    const Scene &scene_;
+    SurfaceSet surfaces_;
     Intrinsics camera_;
-    std::vector<PlaneView> planes_; ///< those that face the camera
-    std::vector<BallView> balls_;
     Image<float> inverse_z_; ///< 1/m; 0 where there is nothing
     Image<float> z_;
-    Image<std::int16_t> surface_; ///< what is seen: index into planes_, then balls_; -1: nothing
+    Image<std::int16_t> surface_; ///< what is seen: a number in surfaces_; -1: nothing
 };
 
 } // namespace afterglow

@@ -64,6 +64,7 @@ PlaneView::PlaneView(const Quad &quad, const Texture &texture, const Pose &body_
     const Eigen::Vector3d e = body_to_camera.R * quad.down;
     const Eigen::Vector3d n = r.cross(e); // away from whoever sees the front
     const double distance = n.dot(o);
+    normal_ = -n;
     faces_camera_ = distance > 1e-6;
     if (!faces_camera_)
         return;
@@ -97,6 +98,16 @@ double PlaneView::inverse_z_if_seen(double u, double v) const {
     return inverse_z_(u, v);
 }
 
+bool PlaneView::may_be_in(const Box &box) const {
+    return std::ranges::all_of(
+        seen_where_, [&](const LinearInPixel &condition) { return condition.highest(box) >= 0; });
+}
+
+bool PlaneView::fills(const Box &box) const {
+    return std::ranges::all_of(
+        seen_where_, [&](const LinearInPixel &condition) { return condition.lowest(box) >= 0; });
+}
+
 float PlaneView::level(double u, double v) const {
     const double z = 1 / inverse_z_(u, v);
     const double s = s_over_z_(u, v) * z;
@@ -111,11 +122,31 @@ float PlaneView::level(double u, double v) const {
     return std::log2(static_cast<float>(std::max(along_u, along_v) * scale * scale)) / 2;
 }
 
-int PlaneView::luma(double u, double v) const {
+int PlaneView::luma(double u, double v, float level_shift) const {
     const double z = 1 / inverse_z_(u, v);
     const auto s = static_cast<float>(s_over_z_(u, v) * z);
     const auto t = static_cast<float>(t_over_z_(u, v) * z);
-    return texture_->sample(s + offset_s_, t + offset_t_, level(u, v)) * brightness_ >> 8;
+    return texture_->sample(s + offset_s_, t + offset_t_, level(u, v) + level_shift) *
+               brightness_ >>
+           8;
+}
+
+void PlaneView::shade(const Places &places, float *z, std::uint8_t *luma) const {
+    const std::size_t count = places.u.size();
+    // The level changes slowly: exact at both ends, linear between.
+    const float level_begin = level(places.u[0], places.v[0]) + places.level[0];
+    const float level_end =
+        level(places.u[count - 1], places.v[count - 1]) + places.level[count - 1];
+    const float level_step = (level_end - level_begin) / static_cast<float>(count);
+    for (std::size_t i = 0; i < count; ++i) {
+        const double u = places.u[i], v = places.v[i];
+        const double depth = 1 / inverse_z_(u, v);
+        const int fixed = texture_->sample(static_cast<float>(s_over_z_(u, v) * depth) + offset_s_,
+                                           static_cast<float>(t_over_z_(u, v) * depth) + offset_t_,
+                                           level_begin + static_cast<float>(i) * level_step);
+        z[i] = static_cast<float>(depth);
+        luma[i] = to_luma(fixed * brightness_ >> 8);
+    }
 }
 
 void PlaneView::shade(int u, int v, std::span<const float> inverse_z, float *z,
@@ -155,10 +186,14 @@ Eigen::Vector3d BallView::ray(double u, double v) const {
     return camera_.back_project(u, v, 1);
 }
 
+bool BallView::is_ahead() const {
+    return center_.z() >= radius_ + nearest;
+}
+
 Columns BallView::columns(int v, int width) const {
     // The ray d meets the sphere where (d.c)^2 - d.d (c.c - r^2) >= 0: a quadratic in x.
     const Eigen::Vector3d &c = center_;
-    if (c.z() < radius_ + nearest)
+    if (!is_ahead())
         return {};
     const double y = ray(0, v).y();
     const double k = c.squaredNorm() - radius_ * radius_;
@@ -179,7 +214,7 @@ Columns BallView::columns(int v, int width) const {
 }
 
 double BallView::inverse_z_if_seen(double u, double v) const {
-    if (center_.z() < radius_ + nearest)
+    if (!is_ahead())
         return 0;
     const Eigen::Vector3d d = ray(u, v);
     const double along = d.dot(center_);
@@ -190,7 +225,28 @@ double BallView::inverse_z_if_seen(double u, double v) const {
     return (along + std::sqrt(discriminant)) / k; // 1 / ((along - root) / d.d)
 }
 
-int BallView::luma(double u, double v) const {
+bool BallView::may_be_in(const Box &box) const {
+    if (!is_ahead())
+        return false;
+    // The tangents from the camera to its outline in the planes y = 0 and x = 0.
+    const auto reaches = [&](double c, double f, double centre, double at, double half) {
+        const double z = center_.z();
+        const double p = z * z - radius_ * radius_;
+        const double root = radius_ * std::sqrt(c * c + p);
+        return (c * z + root) / p * f + centre >= at - half &&
+               (c * z - root) / p * f + centre <= at + half;
+    };
+    return reaches(center_.x(), camera_.fx, camera_.cx, box.u, box.half_width) &&
+           reaches(center_.y(), camera_.fy, camera_.cy, box.v, box.half_height);
+}
+
+Eigen::Vector3d BallView::normal(double u, double v) const {
+    const double inverse_z = inverse_z_if_seen(u, v);
+    return inverse_z > 0 ? Eigen::Vector3d((ray(u, v) / inverse_z - center_) / radius_)
+                         : Eigen::Vector3d(-ray(u, v).normalized());
+}
+
+int BallView::luma(double u, double v, float level_shift) const {
     const double inverse_z = inverse_z_if_seen(u, v);
     if (inverse_z <= 0) // by rounding, on its outline
         return 0;
@@ -205,7 +261,8 @@ int BallView::luma(double u, double v) const {
     const auto t = static_cast<float>(n[(side + 2) % 3] / longest * radius_ + radius_);
     const double slant = std::max(0.1, -normal.dot(d.normalized()));
     const double footprint = z / camera_.fx / (slant * longest);
-    const float level = std::log2(static_cast<float>(footprint) * Texture::texels_per_metre);
+    const float level =
+        std::log2(static_cast<float>(footprint) * Texture::texels_per_metre) + level_shift;
     // Lit from above, a little from everywhere.
     const double light = brightness_ * (0.75 - 0.35 * normal.y());
     return static_cast<int>(texture_->sample(s, t, level) * light);

@@ -6,6 +6,7 @@
 #include "drivers/simulated/synthetic/scene.hpp"
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <span>
 
@@ -17,10 +18,34 @@ struct Columns {
     int end = 0;
 };
 
+/// The places (u, v) within half a width and half a height of a centre.
+struct Box {
+    double u = 0, v = 0;
+    double half_width = 0, half_height = 0;
+};
+
+/// Where a pixel is sampled that several surfaces share, from its centre.
+inline constexpr std::array<std::array<double, 2>, 4> places_in_pixel = {
+    {{-0.125, -0.375}, {0.375, -0.125}, {0.125, 0.375}, {-0.375, 0.125}}};
+
 /// a u + b v + c.
 struct LinearInPixel {
     double a = 0, b = 0, c = 0;
     double operator()(double u, double v) const { return a * u + b * v + c; }
+    /// The most and the least that it is in a box.
+    double highest(const Box &box) const { return (*this)(box.u, box.v) + spread(box); }
+    double lowest(const Box &box) const { return (*this)(box.u, box.v) - spread(box); }
+
+private:
+    double spread(const Box &box) const {
+        return std::abs(a) * box.half_width + std::abs(b) * box.half_height;
+    }
+};
+
+/// Places that are shaded together, on about one line: u, v, and what the pixel's size at each
+/// adds to the level of its texture. All of one length.
+struct Places {
+    std::span<const float> u, v, level;
 };
 
 /// A rectangle as a camera sees it. Pixels (u, v) may be anywhere, not only on centres.
@@ -42,7 +67,16 @@ public:
     const LinearInPixel &inverse_z() const { return inverse_z_; }
     /// 1/z, or 0 where it is not seen.
     double inverse_z_if_seen(double u, double v) const;
-    int luma(double u, double v) const;
+    /// False: it is seen nowhere in the box.
+    bool may_be_in(const Box &box) const;
+    /// It is seen in the whole of the box, where nothing hides it.
+    bool fills(const Box &box) const;
+    /// Towards the camera, of length 1.
+    Eigen::Vector3d normal() const { return normal_; }
+    /// With 8 bits of fraction. `level` is added to the texture's level.
+    int luma(double u, double v, float level = 0) const;
+    /// Luma and z at each of the places.
+    void shade(const Places &places, float *z, std::uint8_t *luma) const;
     /// Luma of the pixels of a row from column u, whose 1/z are given; writes `z` too.
     void shade(int u, int v, std::span<const float> inverse_z, float *z, std::uint8_t *luma) const;
 
@@ -52,6 +86,7 @@ private:
 
     const Texture *texture_;
     bool faces_camera_ = false;
+    Eigen::Vector3d normal_;
     LinearInPixel inverse_z_, s_over_z_, t_over_z_;
     std::array<LinearInPixel, 6> seen_where_; ///< none is negative where the front is seen
     float offset_s_, offset_t_;
@@ -66,9 +101,15 @@ public:
 
     Columns columns(int v, int width) const;
     double inverse_z_if_seen(double u, double v) const;
-    int luma(double u, double v) const;
+    bool may_be_in(const Box &box) const;
+    /// 1/z of its nearest point.
+    double highest_inverse_z() const { return 1 / (center_.z() - radius_); }
+    Eigen::Vector3d normal(double u, double v) const;
+    int luma(double u, double v, float level = 0) const;
 
 private:
+    /// In front of the camera as a whole.
+    bool is_ahead() const;
     Eigen::Vector3d ray(double u, double v) const;
 
     const Texture *texture_;
