@@ -23,6 +23,7 @@ public:
         : sequence_(std::move(sequence)), playback_(playback), clock_(std::move(clock)) {}
 
     const Intrinsics &intrinsics() const { return sequence_->intrinsics(); }
+    const Intrinsics &tof_intrinsics() const { return sequence_->tof_intrinsics(); }
     bool lit() const { return lit_; }
 
     void start_color() {
@@ -83,12 +84,13 @@ public:
         if (!first_awake_ || !turn_ || *turn_ < *first_awake_ || measured_ == turn_)
             return Capture::none;
         measured_ = turn_;
-        assert(has_size(intrinsics(), frame.depth.width(), frame.depth.height()));
+        assert(has_size(tof_intrinsics(), frame.depth.width(), frame.depth.height()));
         const Status read = sequence_->read_depth(*turn_, frame.depth.view());
         if (!read) {
             problem = read.error().message;
             return Capture::damaged;
         }
+        sequence_->read_amplitude(*turn_, frame.amplitude);
         frame.t_ns = due_ns(*turn_);
         frame.sequence = *turn_;
         return Capture::frame;
@@ -149,7 +151,7 @@ private:
 class TofFace : public TofSource {
 public:
     explicit TofFace(std::shared_ptr<Device> device) : device_(std::move(device)) {}
-    const Intrinsics &intrinsics() const override { return device_->intrinsics(); }
+    const Intrinsics &intrinsics() const override { return device_->tof_intrinsics(); }
     Status start() override {
         device_->run_tof(true);
         return ok();

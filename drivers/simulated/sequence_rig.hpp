@@ -16,11 +16,17 @@ class FrameSequence {
 public:
     virtual ~FrameSequence() = default;
     virtual const Intrinsics &intrinsics() const = 0;
+    /// Size of the depth maps, and how the TOF camera sees but for its lens.
+    virtual const Intrinsics &tof_intrinsics() const { return intrinsics(); }
     /// When image k was taken, on any clock; rises with k. Nothing if there is no image k.
     virtual std::optional<std::int64_t> time_ns(std::uint64_t k) const = 0;
-    /// The pixels of image k, and its depth in millimetres. Views have the camera's size.
+    /// The pixels of image k, and its depth in millimetres. Views have the cameras' sizes.
     virtual Status read_luma(std::uint64_t k, ImageView<std::uint8_t> luma) = 0;
     virtual Status read_depth(std::uint64_t k, ImageView<std::uint16_t> depth) = 0;
+    /// The amplitude of the depth that was read last, that of image k; nothing where there is none.
+    /// Allocates where `amplitude` is not of its size.
+    virtual void read_amplitude([[maybe_unused]] std::uint64_t k,
+                                [[maybe_unused]] Image<std::uint16_t> &amplitude) {}
 };
 
 /// The clock of a simulated rig; tests use one of their own.

@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t draws = std::size_t{1} << 16;
 constexpr float image_sigma = 1.5F;
 
-enum Stream : std::uint64_t { table, depth_rows, flying_rows, image_rows };
+enum Stream : std::uint64_t { table, depth_rows, flying_rows, image_rows, amplitude_rows };
 
 /// A number for a row of a frame.
 std::uint64_t of_row(std::uint64_t seed, Stream stream, std::uint64_t frame, int v) {
@@ -92,6 +92,18 @@ void Noise::add_to(std::uint64_t frame, ImageView<std::uint8_t> luma) const {
             const float normal = normal_[(first + static_cast<std::size_t>(u)) % draws];
             const float sum = static_cast<float>(luma.row(v)[u]) + image_sigma * normal + 0.5F;
             luma.row(v)[u] = static_cast<std::uint8_t>(std::clamp(sum, 0.0F, 255.0F));
+        }
+    }
+}
+
+void Noise::add_shot_noise_to(std::uint64_t frame, ImageView<std::uint16_t> amplitude) const {
+    for (int v = 0; v < amplitude.height(); ++v) {
+        const std::size_t first = of_row(seed_, amplitude_rows, frame, v);
+        for (int u = 0; u < amplitude.width(); ++u) {
+            const auto light = static_cast<float>(amplitude.row(v)[u]);
+            const float normal = normal_[(first + static_cast<std::size_t>(u)) % draws];
+            const float sum = light + std::sqrt(light) * normal + 0.5F;
+            amplitude.row(v)[u] = static_cast<std::uint16_t>(std::clamp(sum, 0.0F, 65535.0F));
         }
     }
 }

@@ -42,6 +42,10 @@ public:
     /// Adds the image sensor's noise, of a standard deviation of 1.5. Allocates nothing.
     void add_to(std::uint64_t frame, ImageView<std::uint8_t> luma) const;
 
+    /// Adds noise whose variance is the amplitude itself, as that of counted light. Allocates
+    /// nothing.
+    void add_shot_noise_to(std::uint64_t frame, ImageView<std::uint16_t> amplitude) const;
+
 private:
     std::uint64_t seed_;
     TofNoise tof_;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/base/camera.hpp"
+#include "core/base/camera_model.hpp"
 #include "core/base/image.hpp"
 #include "core/base/rigid_motion.hpp"
 #include "drivers/simulated/synthetic/synthetic.hpp"
@@ -20,14 +20,18 @@ public:
     ~SyntheticTruth();
     SyntheticTruth(SyntheticTruth &&) noexcept;
 
+    /// Of the colour camera; of two cameras' without its lens.
     const Intrinsics &intrinsics() const;
-    /// Millimetres, rounded, of every pixel centre; no noise and no range limits. 0 where there is
-    /// nothing to see.
+    /// Millimetres, rounded, of every pixel centre of the colour camera at its time, that of the
+    /// middle row; no noise and no range limits. 0 where there is nothing to see.
     DepthMap depth(std::uint64_t k);
-    /// Image k without noise.
+    /// The same, along Z, of any camera on the colour camera's body, and `delay_s` after image k.
+    DepthMap depth(std::uint64_t k, const CameraModel &camera, const Pose &camera_from_color,
+                   double delay_s = 0);
+    /// Image k without noise and changes of exposure.
     Luma luma(std::uint64_t k);
-    /// Takes world points to the camera's frame at image k.
-    Pose world_to_camera(std::uint64_t k) const;
+    /// Takes world points to the colour camera's frame at image k, or `delay_s` after it.
+    Pose world_to_camera(std::uint64_t k, double delay_s = 0) const;
 
 private:
     struct State;
