@@ -15,7 +15,7 @@ int units_per_mm(const openni::VideoMode &mode);
 /// "640x480 at 30, 1 mm".
 std::string describe(const openni::VideoMode &mode);
 
-/// Of the modes with the camera's size the slowest that is fast enough, or else the fastest.
+/// Of the modes with the maps' size the slowest that is fast enough, or else the fastest.
 std::optional<openni::VideoMode> choose_mode(const openni::Array<openni::VideoMode> &modes,
                                              const OpenNi2Options &options);
 

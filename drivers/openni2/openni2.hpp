@@ -7,6 +7,7 @@
 
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,7 +15,7 @@ namespace afterglow {
 
 struct OpenNi2Options {
     std::string uri;   ///< of the device, or the path of a recording (.oni); "" = any device
-    Intrinsics camera; ///< of the colour image, to which depth is registered
+    Intrinsics camera; ///< of the depth maps; with `registration` the colour camera's
     double fps = 30;   ///< asked of the device, which gives the nearest rate it has
     /// The device maps its depth onto its colour camera; one that cannot is refused. False: its
     /// depth is taken as it is.
@@ -64,12 +65,22 @@ std::unique_ptr<Illuminator> open_openni2_emitter(std::shared_ptr<OpenNi2Device>
 /// For a device with OpenNi2Options::stream_is_light.
 std::unique_ptr<Illuminator> open_openni2_stream_light(std::shared_ptr<OpenNi2Device> device);
 
+/// What a device says that its depth maps show, radians.
+struct FieldOfView {
+    double horizontal = 0;
+    double vertical = 0;
+};
+/// The pinhole camera with this field and its axis in the middle: a default, no calibration.
+Intrinsics pinhole_of(const FieldOfView &field, int width, int height);
+
 /// A device that OpenNI2 knows of.
 struct OpenNi2Listing {
     std::string uri;
     std::string name; ///< vendor and model
     bool can_register = false;
-    std::vector<std::string> depth_modes; ///< "640x480 at 30, 1 mm"
+    std::optional<FieldOfView> field;     ///< nothing: the device does not say
+    std::vector<std::string> depth_modes; ///< "640x480 at 30, 1 mm (fx 575.8, fy 575.8)"; focal
+                                          ///< lengths where there is a field
 };
 /// Those there are now. Errors: the library has no driver at all.
 Result<std::vector<OpenNi2Listing>> list_openni2_devices();

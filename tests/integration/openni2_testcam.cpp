@@ -200,7 +200,7 @@ TEST_CASE("afterglowctl probe lists an OpenNI2 device and its lights, and overwr
     const Testcam testcam(room, 1);
     const Ended devices = run({"afterglowctl", "devices"});
     CHECK(devices.code == 0);
-    CHECK(devices.output.find("device = \"testcam://0\"\n    gives 160x120 at 30, 1 mm") !=
+    CHECK(devices.output.find("device = \"testcam://0\"\n    gives 160x120 at 30, 1 mm (fx ") !=
           std::string::npos);
     CHECK(devices.output.find("driver = \"openni2-emitter\"") != std::string::npos);
 
