@@ -8,6 +8,7 @@
 #include "core/power_model.hpp"
 #include "drivers/simulated/replay.hpp"
 #include "drivers/simulated/synthetic/synthetic.hpp"
+#include "drivers/v4l2/depth_layout.hpp"
 
 #include <cstdint>
 #include <string>
@@ -68,7 +69,10 @@ struct Config {
         std::string format; ///< V4L2: a FourCC; "" = the first that may be depth
         double mm_per_unit = 1;
         int invalid = 0;
-        bool registration = true; ///< OpenNI2: the device maps its depth onto the colour camera
+        DepthPacking packing;         ///< V4L2: how frames hold depth, and amplitude
+        std::string amplitude_device; ///< V4L2: another node; "" = none
+        std::string amplitude_format; ///< V4L2: a FourCC; "" = the first that may be amplitude
+        bool registration = true;     ///< OpenNI2: the device maps its depth onto the colour camera
         double pairing_tolerance_ms = 15;
         double pairing_wait_ms = 20;
         double delay_ms = 0;

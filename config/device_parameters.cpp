@@ -11,6 +11,9 @@ void add_device_parameters(ParameterTable &table, Config &c) {
     static constexpr std::string_view light_drivers[] = {"synthetic",       "replay",        "none",
                                                          "v4l2-control",    "led",           "gpio",
                                                          "openni2-emitter", "openni2-stream"};
+    static constexpr std::string_view layouts[] = {
+        "depth",          "amplitude-bits",  "amplitude-words", "amplitude-after-confidence",
+        "amplitude-rows", "amplitude-below", "amplitude-above"};
     static constexpr std::string_view payloads[] = {"uint8", "int32", "uint64"};
     table.section(
         "color",
@@ -52,13 +55,36 @@ void add_device_parameters(ParameterTable &table, Config &c) {
               "Frame rate to ask for; set it to that of the colour camera.");
     table.add("tof.format", &c.tof.format, {},
               "v4l2: FourCC to ask for, where the choice made for \"\" (the first of Z16, Y16, "
-              "Y12, Y10) is not depth.");
+              "Y14, Y12, Y10, Y12P, Y10P, INZI) is not depth.");
     table.add("tof.mm_per_unit", &c.tof.mm_per_unit, {0.0001, 65535, "mm"},
               "v4l2: what one unit of a pixel means; change it for cameras that do not give "
               "millimetres.");
     table.add("tof.invalid", &c.tof.invalid, {0, 65535},
               "v4l2: the number that means \"no depth\" besides 0; set it for cameras that mark "
               "holes otherwise.");
+    table.add("tof.layout", &c.tof.packing.layout, {.choices = layouts},
+              "v4l2: where the amplitude of the light is in the frames, beside depth; drivers.md "
+              "has what cameras do. depth: nowhere.");
+    table.add("tof.depth_mask", &c.tof.packing.depth_mask, {1, 65535},
+              "v4l2: the adjacent bits of a 16-bit word that are depth; 0xfff0 for 12 bits on the "
+              "left.");
+    table.add("tof.amplitude_mask", &c.tof.packing.amplitude_mask, {1, 65535},
+              "v4l2: the adjacent bits of a word that are amplitude or confidence, of which more "
+              "must be better.");
+    table.add("tof.skip_rows_top", &c.tof.packing.skip_rows_top, {0, 4096, "rows"},
+              "v4l2: rows above the map, such as metadata; with them the node's frames are higher "
+              "than the map.");
+    table.add("tof.skip_rows_bottom", &c.tof.packing.skip_rows_bottom, {0, 4096, "rows"},
+              "v4l2: rows below the map.");
+    table.add("tof.node_width", &c.tof.packing.node_width, {0, 65535, "pixels"},
+              "v4l2: width of the node's frames, where drivers cut the bytes of a map into rows of "
+              "another length; 0 = what a row of the map takes.");
+    table.add("tof.amplitude_device", &c.tof.amplitude_device, {},
+              "v4l2: another node that gives the amplitude of the maps, named as color.device; "
+              "\"\" = none.");
+    table.add("tof.amplitude_format", &c.tof.amplitude_format, {},
+              "v4l2: FourCC to ask that node for, where the choice made for \"\" is not "
+              "amplitude.");
     table.add("tof.registration", &c.tof.registration, {},
               "openni2: let the device map depth onto its colour camera; false for a device whose "
               "depth is registered already.");

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <ctime>
+#include <string>
 
 namespace afterglow {
 
@@ -16,7 +17,7 @@ std::chrono::nanoseconds BackOff::next() {
 
 CaptureSession::CaptureSession(Rig &rig, const Config &config, WorkerPool &pool, RingWriter &ring,
                                const StreamNotifier &streams, Outbox &outbox)
-    : run_without_readers_(config.daemon.run_without_readers), ring_(ring), streams_(streams),
+    : rig_(rig), run_without_readers_(config.daemon.run_without_readers), ring_(ring), streams_(streams),
       outbox_(outbox), loop_(rig, pipeline_factory(config.estimator, pool), config.gate) {}
 
 CaptureSession::~CaptureSession() {
@@ -48,6 +49,8 @@ std::chrono::nanoseconds CaptureSession::turn(const Orders &orders, Time now) {
         start_tof(now);
 
     const FrameResult result = loop_.step(frame_timeout);
+    if (const std::string warning = rig_.tof->take_warning(); !warning.empty())
+        outbox_.note(Priority::warning, warning);
     switch (result.capture) {
     case Capture::frame:
         take(result, now);

@@ -87,6 +87,7 @@ private:
     void lose_tof(std::string_view why, Time now);
     void damaged(std::string_view why);
 
+    Rig &rig_;
     const bool run_without_readers_;
     RingWriter &ring_;
     const StreamNotifier &streams_;

@@ -101,7 +101,8 @@ Result<Tof> open_tof(const Config &config, [[maybe_unused]] const Intrinsics &ca
 #ifdef AFTERGLOW_WITH_V4L2
     const Config::Tof &tof = config.tof;
     auto source =
-        open_v4l2_tof({tof.device, camera, tof.fps, tof.format, tof.mm_per_unit, tof.invalid});
+        open_v4l2_tof({tof.device, camera, tof.fps, tof.format, tof.mm_per_unit, tof.invalid,
+                       tof.packing, tof.amplitude_device, tof.amplitude_format});
     if (!source)
         return source.error();
     return Tof{*std::move(source), nullptr};

@@ -34,7 +34,7 @@ struct DepthFrame {
     DepthMap depth;
     Image<std::uint16_t> amplitude{}; ///< of the depth's size, device units, larger is better;
                                       ///< empty where the device gives none
-    std::int64_t t_ns = 0; ///< capture time, on the clock of ColorFrame::t_ns
+    std::int64_t t_ns = 0;            ///< capture time, on the clock of ColorFrame::t_ns
     std::uint64_t sequence = 0;
 };
 
@@ -64,6 +64,9 @@ public:
     virtual void stop() = 0;
     virtual Capture read(DepthFrame &frame, std::chrono::nanoseconds timeout) = 0;
     virtual const std::string &problem() const = 0;
+    /// What maps have come without since the last call, and why, or have again: a sentence for the
+    /// log; empty when there is nothing new.
+    virtual std::string take_warning() { return {}; }
 };
 
 /// The light of a TOF camera. Dark when made, and dark again when destroyed; where that fails the

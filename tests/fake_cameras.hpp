@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 
 namespace afterglow::testing {
 
@@ -40,6 +41,7 @@ struct FakeCameras {
     std::uint64_t sequence = 0;   ///< of the image to come
     std::uint16_t depth_mm = 1500;
     std::string problem = "the fake camera was told to fail";
+    std::string tof_warning;
 
     /// The image that is due: a still picture with enough texture to be tracked.
     void give_image(ColorFrame &frame) {
@@ -93,6 +95,7 @@ private:
             return fake.tof_running ? fake.read_tof(frame) : Capture::none;
         }
         const std::string &problem() const override { return fake.problem; }
+        std::string take_warning() override { return std::exchange(fake.tof_warning, {}); }
         FakeCameras &fake;
     };
     struct Light : Illuminator {

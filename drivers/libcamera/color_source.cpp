@@ -7,7 +7,7 @@
 #include "drivers/timeouts.hpp"
 #include "drivers/timestamps/libcamera_time.hpp"
 #include "drivers/timestamps/v4l2_time.hpp"
-#include "drivers/v4l2/v4l2_source.hpp"
+#include "drivers/v4l2/luma_reader.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -230,8 +230,8 @@ Capture LibcameraColor::damaged(std::string_view why) {
 
 Result<std::unique_ptr<ColorSource>> open_libcamera_color(const LibcameraColorOptions &options,
                                                           const std::string &helper) {
-    const Result<std::vector<std::uint32_t>> formats =
-        v4l2::formats_wanted(options, readable_formats());
+    const Result<std::vector<std::uint32_t>> formats = v4l2::formats_wanted(
+        options.device, options.camera, options.fps, options.format, readable_formats());
     if (!formats)
         return formats.error();
     return std::unique_ptr<ColorSource>(

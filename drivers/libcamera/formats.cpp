@@ -2,7 +2,7 @@
 #include "drivers/libcamera/formats.hpp"
 
 #include "drivers/v4l2/exotic_luma.hpp"
-#include "drivers/v4l2/pixel_reader.hpp"
+#include "drivers/v4l2/luma_reader.hpp"
 
 #include <linux/videodev2.h>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "drivers/v4l2/pixel_reader.hpp"
+#include "drivers/v4l2/luma_reader.hpp"
 
 namespace afterglow::v4l2 {
 

@@ -2,9 +2,10 @@
 #include "drivers/v4l2/list.hpp"
 
 #include "core/base/unique_fd.hpp"
+#include "drivers/v4l2/depth_formats.hpp"
 #include "drivers/v4l2/device.hpp"
+#include "drivers/v4l2/luma_reader.hpp"
 #include "drivers/v4l2/negotiate.hpp"
-#include "drivers/v4l2/pixel_reader.hpp"
 
 #include <linux/videodev2.h>
 

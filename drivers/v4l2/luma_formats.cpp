@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/v4l2/exotic_luma.hpp"
+#include "drivers/v4l2/luma_reader.hpp"
 #include "drivers/v4l2/mjpeg_luma.hpp"
-#include "drivers/v4l2/pixel_reader.hpp"
 
 #include <linux/videodev2.h>
 

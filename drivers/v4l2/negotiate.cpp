@@ -123,6 +123,27 @@ std::int64_t set_rate(SystemCalls &calls, int fd, std::uint32_t type, double fps
 
 } // namespace
 
+Result<std::vector<std::uint32_t>> formats_wanted(const std::string &device,
+                                                  const Intrinsics &camera, double fps,
+                                                  const std::string &format,
+                                                  std::span<const std::uint32_t> known) {
+    if (device.empty())
+        return Error{"no camera is named", 0};
+    if (camera.width < 1 || camera.height < 1 || !(camera.fx > 0) || !(camera.fy > 0))
+        return Error{fmt::format("the size and focal lengths of '{}' must be more than 0",
+                                 printable(device)),
+                     0};
+    if (!(fps > 0 && fps <= 1000))
+        return Error{fmt::format("{:g} frames a second are not possible", fps), 0};
+    if (format.empty())
+        return std::vector<std::uint32_t>(known.begin(), known.end());
+    const auto named = std::find(known.begin(), known.end(), fourcc_from_string(format));
+    if (named == known.end())
+        return Error{fmt::format("the format '{}' is not one that can be read", printable(format)),
+                     0};
+    return std::vector<std::uint32_t>{*named};
+}
+
 Result<std::uint32_t> capture_type(SystemCalls &calls, int fd, const std::string &device) {
     v4l2_capability about = {};
     if (calls.ioctl(fd, VIDIOC_QUERYCAP, &about) != 0)

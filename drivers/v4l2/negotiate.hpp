@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "core/base/camera.hpp"
 #include "core/base/result.hpp"
 #include "drivers/v4l2/system_calls.hpp"
 
@@ -31,6 +32,13 @@ struct FrameLayout {
     std::size_t size = 0;   ///< bytes of a frame at most
     std::int64_t period_ns = 0;
 };
+
+/// The formats to ask a device for: `known`, or of them the one that the user named ("": none).
+/// Refuses a name that is not known, and what no device could satisfy.
+Result<std::vector<std::uint32_t>> formats_wanted(const std::string &device,
+                                                  const Intrinsics &camera, double fps,
+                                                  const std::string &format,
+                                                  std::span<const std::uint32_t> known);
 
 /// The buffer type of an open device: V4L2_BUF_TYPE_VIDEO_CAPTURE, or its _MPLANE. Errors: ENODEV,
 /// it does not capture.

@@ -4,6 +4,7 @@
 #include "core/base/camera.hpp"
 #include "core/base/result.hpp"
 #include "drivers/source.hpp"
+#include "drivers/v4l2/depth_layout.hpp"
 #include "drivers/v4l2/system_calls.hpp"
 
 #include <cstdint>
@@ -38,15 +39,21 @@ Result<std::unique_ptr<ColorSource>> open_v4l2_color(const V4l2ColorOptions &opt
 
 struct V4l2TofOptions {
     std::string device;
-    Intrinsics camera; ///< of the colour image, to which the device registers its depth
+    Intrinsics camera; ///< of the TOF camera; maps have its size, the node's frames what holds them
     double fps = 30;
-    std::string format; ///< a FourCC; "" = the first the device has of Z16, Y16, Y12, Y10
+    std::string format; ///< a FourCC; "" = the first the device has that may be depth
     double mm_per_unit = 1;
     int invalid = 0; ///< the number that means "no depth"; besides, 0 always does
+    DepthPacking packing{};
+    std::string amplitude_device{}; ///< of another node that gives the maps' amplitude; "" = none
+    std::string amplitude_format{}; ///< its FourCC; "" = the first of its that may be amplitude
 };
 
-/// A camera node whose pixels are depth along Z. Maps come in order; none is passed over.
-/// A light that is off may make it fall silent, so silence is not taken for a loss.
+/// A camera node whose pixels are depth, with or without amplitude. Maps come in order; none is
+/// passed over. A light that is off may make it fall silent, so silence is not taken for a loss.
+/// Amplitude of another node is that of the map's time; while that node is lost or gives none,
+/// maps come without, and take_warning() says so. Refuses packings that no frame can have; start()
+/// fails if the device's frames, or the other node's, are others than these.
 Result<std::unique_ptr<TofSource>> open_v4l2_tof(const V4l2TofOptions &options,
                                                  SystemCalls &calls = linux_calls());
 

@@ -322,6 +322,20 @@ TEST_CASE("the capture session does not restart a lost camera without readers") 
     CHECK(fixture.state() == DaemonState::running);
 }
 
+TEST_CASE("what depth comes without is noted once, and costs no frame") {
+    Fixture fixture;
+    fixture.cameras.tof_warning = "depth comes without amplitude";
+    fixture.turn();
+    Note note;
+    REQUIRE(fixture.outbox.next_note(note));
+    CHECK(note.priority == Priority::warning);
+    CHECK(note.sentence() == "depth comes without amplitude");
+    CHECK(fixture.last_event()->frame.source == AFTERGLOW_MEASURED);
+    fixture.turn();
+    CHECK_FALSE(fixture.outbox.next_note(note));
+    CHECK(fixture.last_event()->damaged == 0);
+}
+
 TEST_CASE("the capture session publishes images while the TOF camera is lost") {
     Fixture fixture;
     fixture.turn();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/v4l2/pixel_reader.hpp"
+#include "drivers/v4l2/luma_reader.hpp"
 #include "tests/catch.hpp"
 
 #include <jpeglib.h>
@@ -152,26 +152,4 @@ TEST_CASE("a V4L2 JPEG frame that is invalid or of another size is refused") {
     Luma luma(64, 48);
     CHECK(read(make_jpeg(32, 48), luma) != "");
     CHECK(read(Bytes(1000, 0xff), luma) != "");
-}
-
-TEST_CASE("V4L2 depth is scaled to millimetres, and 0 where invalid or out of range") {
-    const FrameLayout layout = layout_of(V4L2_PIX_FMT_Z16, 5, 1, 10);
-    const DepthReader read = make_depth_reader(layout, {0.25, 4095});
-    DepthMap depth(5, 1);
-    // 0, 1000, 4095, 4096, 65535 units of a quarter millimetre
-    CHECK(read(Bytes{0, 0, 0xe8, 0x03, 0xff, 0x0f, 0x00, 0x10, 0xff, 0xff}, depth) == "");
-    CHECK(std::vector<std::uint16_t>(depth.pixels().begin(), depth.pixels().end()) ==
-          std::vector<std::uint16_t>{0, 250, 0, 1024, 16384});
-
-    const DepthReader coarse = make_depth_reader(layout, {100, 0});
-    CHECK(coarse(Bytes{0, 0, 1, 0, 0x8f, 0x02, 0x90, 0x02, 0xff, 0xff}, depth) == "");
-    CHECK(std::vector<std::uint16_t>(depth.pixels().begin(), depth.pixels().end()) ==
-          std::vector<std::uint16_t>{0, 100, 65500, 0, 0});
-}
-
-TEST_CASE("a V4L2 depth map that lacks its last byte is refused") {
-    const DepthReader read = make_depth_reader(layout_of(V4L2_PIX_FMT_Y16, 2, 2, 4), {});
-    DepthMap depth(2, 2);
-    CHECK(read(Bytes(8), depth) == "");
-    CHECK(read(Bytes(7), depth) != "");
 }
