@@ -11,9 +11,14 @@ void add_device_parameters(ParameterTable &table, Config &c) {
     static constexpr std::string_view light_drivers[] = {"synthetic",       "replay",        "none",
                                                          "v4l2-control",    "led",           "gpio",
                                                          "openni2-emitter", "openni2-stream"};
-    static constexpr std::string_view layouts[] = {
-        "depth",          "amplitude-bits",  "amplitude-words", "amplitude-after-confidence",
-        "amplitude-rows", "amplitude-below", "amplitude-above"};
+    static constexpr std::string_view layouts[] = {"depth",
+                                                   "amplitude-bits",
+                                                   "amplitude-words",
+                                                   "amplitude-words-first",
+                                                   "amplitude-after-confidence",
+                                                   "amplitude-rows",
+                                                   "amplitude-below",
+                                                   "amplitude-above"};
     static constexpr std::string_view payloads[] = {"uint8", "int32", "uint64"};
     table.section(
         "color",

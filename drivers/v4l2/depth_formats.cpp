@@ -33,8 +33,8 @@ constexpr std::array plain_formats = {
     Format{V4L2_PIX_FMT_Y10, Samples::words},   Format{y12p, Samples::mipi12},
     Format{V4L2_PIX_FMT_Y10P, Samples::mipi10}, Format{V4L2_PIX_FMT_INZI, Samples::doubles},
 };
-/// What receivers of MIPI CSI-2 call other data.
-constexpr std::array bayer_formats = {
+/// What receivers of MIPI CSI-2, and a UVC camera of long ago, call other data.
+constexpr std::array borrowed_formats = {
     Format{V4L2_PIX_FMT_SBGGR16, Samples::words},   Format{V4L2_PIX_FMT_SGBRG16, Samples::words},
     Format{V4L2_PIX_FMT_SGRBG16, Samples::words},   Format{V4L2_PIX_FMT_SRGGB16, Samples::words},
     Format{V4L2_PIX_FMT_SBGGR12, Samples::words},   Format{V4L2_PIX_FMT_SGBRG12, Samples::words},
@@ -43,7 +43,7 @@ constexpr std::array bayer_formats = {
     Format{V4L2_PIX_FMT_SGRBG12P, Samples::mipi12}, Format{V4L2_PIX_FMT_SRGGB12P, Samples::mipi12},
     Format{V4L2_PIX_FMT_SBGGR8, Samples::halves},   Format{V4L2_PIX_FMT_SGBRG8, Samples::halves},
     Format{V4L2_PIX_FMT_SGRBG8, Samples::halves},   Format{V4L2_PIX_FMT_SRGGB8, Samples::halves},
-    Format{V4L2_PIX_FMT_GREY, Samples::halves},
+    Format{V4L2_PIX_FMT_GREY, Samples::halves},     Format{V4L2_PIX_FMT_YUYV, Samples::words},
 };
 constexpr std::array amplitude_only = {
     Format{V4L2_PIX_FMT_Y16, Samples::words},
@@ -82,13 +82,13 @@ Samples samples_of(std::uint32_t fourcc, const Tables &...tables) {
 }
 
 Samples depth_samples(std::uint32_t fourcc) {
-    return samples_of(fourcc, plain_formats, bayer_formats);
+    return samples_of(fourcc, plain_formats, borrowed_formats);
 }
 
 /// Where a layout has a pixel's words.
 struct Geometry {
-    int pitch = 2;        ///< bytes from pixel to pixel
-    int amplitude_at = 0; ///< bytes from a pixel's depth to its amplitude, in the same row
+    int pitch = 2;                        ///< bytes from pixel to pixel
+    int depth_at = 0, amplitude_at = 0;   ///< bytes from a pixel's first one
     int depth_row = 0, amplitude_row = 0; ///< the first
     int row_step = 1;
     int rows = 0; ///< of a frame, without metadata
@@ -98,6 +98,8 @@ Geometry geometry(DepthLayout layout, int height) {
     switch (layout) {
     case DepthLayout::amplitude_words:
         return {.pitch = 4, .amplitude_at = 2, .rows = height};
+    case DepthLayout::amplitude_words_first:
+        return {.pitch = 4, .depth_at = 2, .rows = height};
     case DepthLayout::amplitude_after_confidence:
         return {.pitch = 5, .amplitude_at = 3, .rows = height};
     case DepthLayout::amplitude_rows:
@@ -157,7 +159,7 @@ std::span<const std::uint32_t> depth_formats() {
 }
 
 std::span<const std::uint32_t> named_depth_formats() {
-    static const std::vector<std::uint32_t> codes = codes_of(plain_formats, bayer_formats);
+    static const std::vector<std::uint32_t> codes = codes_of(plain_formats, borrowed_formats);
     return codes;
 }
 
@@ -237,7 +239,7 @@ Result<DepthReader> make_depth_reader(const FrameLayout &frame, const DepthPacki
                 const int top = packing.skip_rows_top + where.row_step * v;
                 const std::uint8_t *from = rows.row(bytes, top + where.depth_row);
                 for (int u = 0; u < depth.width(); ++u)
-                    depth.row(v)[u] = mm[word(from + where.pitch * u)];
+                    depth.row(v)[u] = mm[word(from + where.pitch * u + where.depth_at)];
                 if (amplitude.empty())
                     continue;
                 if (where.amplitude_row != where.depth_row)

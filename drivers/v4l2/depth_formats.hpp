@@ -35,8 +35,8 @@ using AmplitudeReader = std::function<std::string_view(std::span<const std::uint
 
 /// The FourCCs that may be depth without being named, the likeliest first.
 std::span<const std::uint32_t> depth_formats();
-/// The FourCCs that have a depth reader: those, and what drivers of TOF cameras call their frames
-/// for want of a better name, Bayer patterns above all.
+/// The FourCCs that have a depth reader: those, and the names that drivers of TOF cameras borrow
+/// for want of a better one, of Bayer patterns above all.
 std::span<const std::uint32_t> named_depth_formats();
 /// The FourCCs that have an amplitude reader, those with most bits first.
 std::span<const std::uint32_t> amplitude_formats();

@@ -11,6 +11,7 @@ enum class DepthLayout : std::uint8_t {
     depth,                      ///< nowhere: a word of depth for each pixel
     amplitude_bits,             ///< in other bits of the same word
     amplitude_words,            ///< in every second word of a row
+    amplitude_words_first,      ///< the same, but the amplitude of a pixel is before its depth
     amplitude_after_confidence, ///< five bytes a pixel: a word of depth, a byte, a word of
                                 ///< amplitude
     amplitude_rows,             ///< in every second row

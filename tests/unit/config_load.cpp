@@ -50,6 +50,24 @@ std::string problems(const std::string &text) {
 
 } // namespace
 
+TEST_CASE("each layout of depth nodes has its name") {
+    const auto layout = [](const std::string &name) {
+        std::string text = drivers;
+        text.insert(text.find("[illuminator]"), "layout = \"" + name + "\"\n");
+        const Result<Config> config = parse_config(text, "a.toml");
+        REQUIRE(config);
+        return config->tof.packing.layout;
+    };
+    CHECK(layout("depth") == DepthLayout::depth);
+    CHECK(layout("amplitude-bits") == DepthLayout::amplitude_bits);
+    CHECK(layout("amplitude-words") == DepthLayout::amplitude_words);
+    CHECK(layout("amplitude-words-first") == DepthLayout::amplitude_words_first);
+    CHECK(layout("amplitude-after-confidence") == DepthLayout::amplitude_after_confidence);
+    CHECK(layout("amplitude-rows") == DepthLayout::amplitude_rows);
+    CHECK(layout("amplitude-below") == DepthLayout::amplitude_below);
+    CHECK(layout("amplitude-above") == DepthLayout::amplitude_above);
+}
+
 TEST_CASE("a configuration with only the drivers has every default") {
     const File file(drivers);
     const Result<Config> config = load_config(file.path());
