@@ -8,6 +8,8 @@
 //     frames=N      ends after so many frames          seconds=N   or after so long
 //     tof=MM        it is a depth camera of so many millimetres a unit
 //     pattern=1     its images are those of test_pattern.hpp
+//     recording=DIR its images, or maps, are those of a recording; tells of each its number there
+//                   and its time, milliseconds; one that is none of them is "strange"
 //     retry=1       starts again, every quarter of a second, what is lost or not there
 //     slow_ms=N     waits so long after each frame
 //     cycles=N      starts, takes a frame and stops, so often; then counts what was left behind
@@ -15,6 +17,8 @@
 //     light=CONTROL opens the light, lights it, and ends; seconds=N between them
 //     gpio=CHIP line=N active_low=1   the same for a light on a GPIO line
 #include "core/base/unique_fd.hpp"
+#include "drivers/files/image_file.hpp"
+#include "drivers/files/recording.hpp"
 #include "drivers/illuminator/illuminators.hpp"
 #ifdef AFTERGLOW_WITH_LIBCAMERA
 #include "drivers/libcamera/libcamera.hpp"
@@ -37,6 +41,9 @@
 #include <map>
 #include <string>
 #include <thread>
+#include <type_traits>
+#include <utility>
+#include <vector>
 
 namespace afterglow::vm {
 namespace {
@@ -104,9 +111,47 @@ ImageView<const std::uint16_t> image_of(const DepthFrame &frame) {
     return frame.depth;
 }
 
+/// The images or the maps of a recording, or none.
+template <class Pixel>
+std::vector<Image<Pixel>> recorded_images(const std::string &folder) {
+    std::vector<Image<Pixel>> images;
+    if (folder.empty())
+        return images;
+    const Result<Recording> recording = open_recording(folder);
+    if (!recording) {
+        say(recording.error().message);
+        std::exit(2);
+    }
+    for (std::size_t k = 0; k < recording->entries.size(); ++k) {
+        Image<Pixel> &image =
+            images.emplace_back(recording->camera.width, recording->camera.height);
+        Status read = ok();
+        if constexpr (sizeof(Pixel) == 2)
+            read = read_depth_mm(*recording, k, image);
+        else
+            read = read_luma(recording->entries[k].color_path, image);
+        if (!read) {
+            say(read.error().message);
+            std::exit(2);
+        }
+    }
+    return images;
+}
+
+template <class Pixel>
+bool is_equal(ImageView<const Pixel> a, const Image<Pixel> &b) {
+    if (!a.same_size(b.view()))
+        return false;
+    for (int v = 0; v < a.height(); ++v)
+        if (!std::equal(a.row(v), a.row(v) + a.width(), b.row(v)))
+            return false;
+    return true;
+}
+
 /// What happened how often.
 struct Tally {
     int frames = 0, missed = 0, damaged = 0, lost = 0, starts = 0, torn = 0, backwards = 0;
+    int strange = 0;
     std::int64_t first_ns = 0, last_ns = 0, youngest_ns = 1'000'000'000'000, oldest_ns = -1;
     std::uint64_t next_sequence = 0;
 
@@ -123,11 +168,22 @@ struct Tally {
         torn += patterned && !is_whole(image_of(frame)) ? 1 : 0;
         ++frames;
     }
+    template <class Frame, class Pixel>
+    void look_up(const Frame &frame, const std::vector<Image<Pixel>> &recorded) {
+        const auto found =
+            std::find_if(recorded.begin(), recorded.end(), [&](const Image<Pixel> &image) {
+                return is_equal(image_of(frame), image);
+            });
+        if (found == recorded.end())
+            ++strange;
+        else
+            fmt::print("shown {} {}\n", found - recorded.begin(), frame.t_ns / 1'000'000);
+    }
     void print() const {
         const double seconds = static_cast<double>(last_ns - first_ns) / 1e9;
         fmt::print("frames={} missed={} damaged={} lost={} starts={} torn={} backwards={} "
-                   "fps={:.2f} age_ms={:.1f}..{:.1f}\n",
-                   frames, missed, damaged, lost, starts, torn, backwards,
+                   "strange={} fps={:.2f} age_ms={:.1f}..{:.1f}\n",
+                   frames, missed, damaged, lost, starts, torn, backwards, strange,
                    seconds > 0 ? (frames - 1) / seconds : 0, static_cast<double>(youngest_ns) / 1e6,
                    static_cast<double>(oldest_ns) / 1e6);
     }
@@ -139,8 +195,10 @@ int watch(Source &source, const Arguments &arguments) {
     const auto end_ns = now_ns() + static_cast<std::int64_t>(arguments.number("seconds", 60) * 1e9);
     const std::chrono::milliseconds slow(static_cast<int>(arguments.number("slow_ms", 0)));
     const bool retry = arguments.has("retry");
-    Tally tally;
     Frame frame;
+    using Pixel = std::remove_cvref_t<decltype(image_of(frame)(0, 0))>;
+    const std::vector<Image<Pixel>> recorded = recorded_images<Pixel>(arguments.text("recording"));
+    Tally tally;
     std::string last_reason;
     bool running = false;
     bool interrupted = true;
@@ -167,6 +225,8 @@ int watch(Source &source, const Arguments &arguments) {
             if (std::exchange(interrupted, false))
                 say("first frame");
             tally.add(frame, arguments.has("pattern"));
+            if (!recorded.empty())
+                tally.look_up(frame, recorded);
             std::this_thread::sleep_for(slow);
             break;
         case Capture::damaged:

@@ -71,12 +71,12 @@ load_vivid() {
     udevadm settle
 }
 
-# plug_in PORT SERIAL: a USB camera, which plays $recording if that is set; its faults are lines
-# written to the file SERIAL.fifo.
+# plug_in PORT SERIAL [depth]: a USB camera, which plays $recording if that is set, or its depth; its
+# faults are lines written to the file SERIAL.fifo.
 plug_in() {
     modprobe -a vhci_hcd uvcvideo
     [ -p "$2.fifo" ] || mkfifo "$2.fifo"
-    uvc_camera "$1" "$2" "$2.fifo" ${recording:+"$recording"} &
+    uvc_camera "$1" "$2" "$2.fifo" ${recording:+"$recording"} ${3:+"$3"} &
     until_true 20 test -e "$(by_id "$2")"
 }
 fault() { echo "$2" >"$1.fifo"; }

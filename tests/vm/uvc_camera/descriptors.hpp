@@ -12,6 +12,7 @@ namespace afterglow::vm {
 struct UvcFormat {
     std::array<char, 4> code;
     std::uint8_t bytes_per_pixel;
+    bool is_depth = false;
 };
 struct UvcSize {
     std::uint16_t width;
@@ -20,8 +21,9 @@ struct UvcSize {
 
 inline constexpr std::array uvc_formats = {UvcFormat{{'Y', '8', '0', '0'}, 1},
                                            UvcFormat{{'Y', 'U', 'Y', '2'}, 2},
-                                           UvcFormat{{'Z', '1', '6', ' '}, 2}};
-inline constexpr std::array uvc_sizes = {UvcSize{640, 480}, UvcSize{320, 240}, UvcSize{160, 120}};
+                                           UvcFormat{{'Z', '1', '6', ' '}, 2, true}};
+inline constexpr std::array uvc_sizes = {UvcSize{640, 480}, UvcSize{320, 240}, UvcSize{160, 120},
+                                         UvcSize{1280, 720}};
 /// Of every format and size; 100 ns.
 inline constexpr std::array<std::uint32_t, 4> uvc_intervals = {166'666, 333'333, 666'666,
                                                                2'000'000};

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// uvc_camera PORT SERIAL FIFO [RECORDING]: a UVC camera in user space, plugged into a port of
-// vhci_hcd, so that the kernel's own uvcvideo drives it. It shows a test pattern, or a recording in
-// step with afterglow-testcam. Lines written to the FIFO make things go wrong:
+// uvc_camera PORT SERIAL FIFO [RECORDING [depth]]: a UVC camera in user space, plugged into a port
+// of vhci_hcd, so that the kernel's own uvcvideo drives it. It shows a test pattern, or the images
+// of a recording, or its depth, in step with afterglow-testcam. Lines written to the FIFO make
+// things go wrong:
 //
 //     bad N | short N | drop N | eproto N    the next N frames (or packets)
 //     stall MS | freeze | go                 nothing is sent
@@ -16,6 +17,7 @@
 
 #include <sys/timerfd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
@@ -27,6 +29,8 @@
 #include <poll.h>
 #include <sstream>
 #include <string>
+#include <utility>
+#include <vector>
 
 namespace afterglow::vm {
 namespace {
@@ -148,30 +152,39 @@ private:
     std::vector<std::uint8_t> data_;
 };
 
-/// A recording's images, read ahead.
+/// A recording's images or depth maps, read ahead.
 class RecordedImages final : public ImageSequence {
 public:
-    static std::unique_ptr<ImageSequence> open(const char *folder) {
+    static std::unique_ptr<ImageSequence> open(const char *folder, bool depth) {
         const Result<Recording> recording = open_recording(folder);
         if (!recording) {
             std::fprintf(stderr, "uvc_camera: %s\n", recording.error().message.c_str());
             std::exit(1);
         }
-        return std::make_unique<RecordedImages>(*recording);
+        return std::make_unique<RecordedImages>(*recording, depth);
     }
-    explicit RecordedImages(const Recording &recording) : rounds_(recording) {
-        for (const Recording::Entry &entry : recording.entries) {
-            images_.emplace_back(recording.camera.width, recording.camera.height);
-            if (!read_luma(entry.color_path, images_.back()))
+    RecordedImages(const Recording &recording, bool depth) : rounds_(recording) {
+        const auto [width, height] = std::pair(recording.camera.width, recording.camera.height);
+        Luma luma(width, height);
+        for (std::size_t k = 0; k < recording.entries.size(); ++k) {
+            images_.emplace_back(width, height);
+            const Status read = depth ? read_depth_mm(recording, k, images_.back())
+                                      : read_luma(recording.entries[k].color_path, luma);
+            if (!read)
                 std::exit(1);
+            if (!depth)
+                std::copy(luma.pixels().begin(), luma.pixels().end(),
+                          images_.back().pixels().begin());
         }
     }
     Rounds::Frame next(std::int64_t t_ns) const override { return rounds_.next(t_ns); }
-    const Luma &image(std::uint64_t number) const override { return images_[number]; }
+    std::uint16_t pixel(std::uint64_t number, int u, int v) const override {
+        return images_[number](u, v);
+    }
 
 private:
     const Rounds rounds_;
-    std::vector<Luma> images_;
+    std::vector<Image<std::uint16_t>> images_;
 };
 
 int run(int port_number, const char *serial, const char *fifo,
@@ -217,10 +230,11 @@ int run(int port_number, const char *serial, const char *fifo,
 
 int main(int argc, char **argv) {
     using namespace afterglow::vm;
-    if (argc != 4 && argc != 5) {
-        std::fprintf(stderr, "usage: uvc_camera PORT SERIAL FIFO [RECORDING]\n");
+    const bool depth = argc == 6 && std::strcmp(argv[5], "depth") == 0;
+    if (argc < 4 || argc > 6 || (argc == 6 && !depth)) {
+        std::fprintf(stderr, "usage: uvc_camera PORT SERIAL FIFO [RECORDING [depth]]\n");
         return 2;
     }
     return run(std::atoi(argv[1]), argv[2], argv[3],
-               argc == 5 ? RecordedImages::open(argv[4]) : nullptr);
+               argc >= 5 ? RecordedImages::open(argv[4], depth) : nullptr);
 }

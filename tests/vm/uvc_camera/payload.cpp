@@ -86,18 +86,27 @@ void PayloadStream::begin_interval(std::int64_t t_ns) {
     }
 }
 
-std::uint8_t PayloadStream::luma(int u, int v) const {
-    return sequence_ ? sequence_->image(image_)(u, v) : pattern(index_ + 1, v);
+std::uint16_t PayloadStream::pixel(int u, int v) const {
+    constexpr unsigned beside = other_byte << 8;
+    if (!sequence_)
+        return static_cast<std::uint16_t>(beside | pattern(index_ + 1, v));
+    const std::uint16_t pixel = sequence_->pixel(image_, u, v);
+    return uvc_formats[choice_.format].is_depth ? pixel
+                                                : static_cast<std::uint16_t>(beside | pixel);
 }
 
 void PayloadStream::draw() {
     const UvcSize &size = uvc_sizes[choice_.size];
     const std::size_t step = uvc_formats[choice_.format].bytes_per_pixel;
-    const std::size_t row = step * size.width;
-    frame_.assign(row * size.height, other_byte);
+    frame_.resize(step * size.width * size.height);
+    auto byte = frame_.begin();
     for (int v = 0; v < size.height; ++v) {
-        for (std::size_t u = 0; u < row; u += step)
-            frame_[static_cast<std::size_t>(v) * row + u] = luma(static_cast<int>(u / step), v);
+        for (int u = 0; u < size.width; ++u) {
+            const std::uint16_t word = pixel(u, v);
+            *byte++ = static_cast<std::uint8_t>(word);
+            if (step == 2)
+                *byte++ = static_cast<std::uint8_t>(word >> 8);
+        }
     }
 }
 

@@ -25,13 +25,13 @@ struct Faults {
     std::int64_t stalled_until_ns = 0;
 };
 
-/// Images to send in place of a test pattern, of one of the camera's sizes.
+/// Images, or depth maps, to send in place of a test pattern, of one of the camera's sizes.
 class ImageSequence {
 public:
     virtual ~ImageSequence() = default;
     /// The first image that is due after `t_ns`, CLOCK_MONOTONIC.
     virtual Rounds::Frame next(std::int64_t t_ns) const = 0;
-    virtual const Luma &image(std::uint64_t number) const = 0;
+    virtual std::uint16_t pixel(std::uint64_t number, int u, int v) const = 0;
 };
 
 /// Cuts the images of a test pattern (test_pattern.hpp), or of a sequence, into the packets of a
@@ -53,7 +53,9 @@ public:
 private:
     bool begin_frame(std::int64_t t_ns);
     void begin_interval(std::int64_t t_ns);
-    std::uint8_t luma(int u, int v) const;
+    /// As a little-endian word of the image that is drawn; of luma the upper half is what stands
+    /// beside it.
+    std::uint16_t pixel(int u, int v) const;
     /// Draws the next image.
     void draw();
 
