@@ -10,14 +10,6 @@ bool has_size(const Intrinsics &camera, int width, int height) {
     return width == camera.width && height == camera.height;
 }
 
-[[maybe_unused]] bool same_sizes(const RigGeometry &a, const RigGeometry &b) {
-    const auto same = [](const CameraModel &x, const CameraModel &y) {
-        return has_size(x.pinhole, y.pinhole.width, y.pinhole.height);
-    };
-    return same(a.rig.color, b.rig.color) && same(a.rig.tof, b.rig.tof) &&
-           same(a.published, b.published);
-}
-
 /// What `work` gives; the time it takes is added to `total`.
 template <class Work>
 decltype(auto) timed(std::chrono::nanoseconds &total, Work &&work) {
@@ -39,7 +31,7 @@ FrameLoop::FrameLoop(Rig &rig, PipelineFactory make, const GatePolicy &gate,
 }
 
 void FrameLoop::set_geometry(const RigGeometry &geometry) {
-    assert(same_sizes(geometry_, geometry));
+    assert(geometry_.same_sizes(geometry));
     geometry_ = geometry;
     pipeline_ = make_(geometry_);
     earlier_worlds_ = last_world_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/config.hpp"
 
+#include "config/calibration_file.hpp"
 #include "config/parameter_table.hpp"
 #include "config/read_text.hpp"
 #include "core/base/printable.hpp"
@@ -102,6 +103,7 @@ private:
             take_table(documents_[document_].content, "");
             resolve_paths(documents_[document_]);
         }
+        check_rig();
         check_drivers();
         check_conflicts();
     }
@@ -217,6 +219,47 @@ private:
                                 light.on));
     }
 
+    /// A calibration file says what other keys say without one.
+    void check_rig() {
+        const Place place = place_of("rig.calibration");
+        if (config_.calibration.file.empty()) {
+            if (config_.published.camera != PublishedCamera::color)
+                problem(place_of("published.camera"), "published.camera",
+                        "needs rig.calibration, the calibration of both cameras");
+            return;
+        }
+        for (const char *key : {"color.width", "color.height", "color.fx", "color.fy", "color.cx",
+                                "color.cy", "tof.delay_ms", "motion.readout_s"})
+            if (places_.contains(key))
+                problem(place_of(key), key, "is in the file of rig.calibration, too; leave it out");
+        if (config_.estimator.method == Method::paper)
+            problem(place, "rig.calibration",
+                    "preset paper needs depth that is registered to the "
+                    "colour camera, without this key");
+        if (config_.color.driver == ColorDriver::replay)
+            problem(place, "rig.calibration",
+                    "the depth of recordings is registered to the colour "
+                    "camera; the driver replay works without this key");
+        if (places_.contains("tof.registration") && config_.tof.registration)
+            problem(place_of("tof.registration"), "tof.registration",
+                    "true is not allowed with rig.calibration, which tells where the TOF camera "
+                    "itself is");
+        const Intrinsics &own = config_.published.pinhole;
+        if (config_.published.camera == PublishedCamera::pinhole && !(own.fx > 0 && own.fy > 0))
+            problem(place_of("published.camera"), "published.fx, published.fy",
+                    "are missing (the focal lengths of the pinhole camera, pixels)");
+        Result<RigCalibration> rig = load_calibration(config_.calibration.file);
+        if (!rig) {
+            problem(place, "rig.calibration", rig.error().message);
+            return;
+        }
+        config_.color.camera = rig->color.pinhole;
+        config_.tof.delay_ms = 1e3 * rig->tof_delay_s;
+        config_.tof.registration = false;
+        config_.synthetic.rig = *rig;
+        config_.calibration.rig = *std::move(rig);
+    }
+
     /// The name of the driver that is chosen by `key`.
     std::string_view driver_of(std::string_view key) const {
         const Parameter &parameter = *table_.find(key);
@@ -224,9 +267,12 @@ private:
     }
 
     void resolve_paths(const Document &document) {
-        std::string &path = config_.replay.path;
-        if (document.content["replay"]["path"] && !path.empty())
-            path = (std::filesystem::absolute(document.path).parent_path() / path).string();
+        const auto resolve = [&](const char *section, const char *key, std::string &path) {
+            if (document.content[section][key] && !path.empty())
+                path = (std::filesystem::absolute(document.path).parent_path() / path).string();
+        };
+        resolve("replay", "path", config_.replay.path);
+        resolve("rig", "calibration", config_.calibration.file);
     }
 
     /// Of a key or table; of one that no file has, the begin of the first file.
@@ -261,6 +307,21 @@ Result<std::vector<std::string>> drop_ins(const std::string &path) {
 }
 
 } // namespace
+
+std::optional<RigGeometry> rig_geometry(const Config &config) {
+    if (!config.calibration.rig)
+        return std::nullopt;
+    const RigCalibration &rig = *config.calibration.rig;
+    switch (config.published.camera) {
+    case PublishedCamera::color:
+        return RigGeometry(rig, rig.color, Pose::identity());
+    case PublishedCamera::tof:
+        return RigGeometry(rig, rig.tof, rig.tof_from_color);
+    case PublishedCamera::pinhole:
+        return RigGeometry(rig, {.pinhole = config.published.pinhole}, Pose::identity());
+    }
+    return std::nullopt;
+}
 
 Result<Config> load_config(const std::string &path, const std::string &policy) {
     Result<std::vector<std::string>> files = drop_ins(path);

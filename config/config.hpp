@@ -3,14 +3,17 @@
 
 #include "core/base/camera.hpp"
 #include "core/base/result.hpp"
+#include "core/base/rig_calibration.hpp"
 #include "core/estimator_options.hpp"
 #include "core/gate.hpp"
 #include "core/power_model.hpp"
+#include "core/rig/rig_geometry.hpp"
 #include "drivers/simulated/replay.hpp"
 #include "drivers/simulated/synthetic/synthetic.hpp"
 #include "drivers/v4l2/depth_layout.hpp"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -31,6 +34,9 @@ enum class LightDriver : std::uint8_t {
 };
 /// How an OpenNI2 device wants its emitter's state: devices refuse, or misread, another size.
 enum class EmitterPayload : std::uint8_t { u8, i32, u64 };
+
+/// Whose view depth is published in.
+enum class PublishedCamera : std::uint8_t { color, tof, pinhole };
 
 /// What afterglowd is told by its configuration file (docs/configuration.md explains each key).
 struct Config {
@@ -92,6 +98,17 @@ struct Config {
         EmitterPayload payload = EmitterPayload::u64;
     } illuminator;
 
+    /// Two cameras with lenses; without a file depth is registered to the colour camera.
+    struct Calibration {
+        std::string file;                  ///< of config/calibration_file.hpp; "" = none
+        std::optional<RigCalibration> rig; ///< as read from it
+    } calibration;
+
+    struct Published {
+        PublishedCamera camera = PublishedCamera::color;
+        Intrinsics pinhole = {0, 0, 0, 0, 640, 480}; ///< of PublishedCamera::pinhole
+    } published;
+
     ReplayOptions replay;
     SyntheticOptions synthetic;
 
@@ -100,6 +117,9 @@ struct Config {
     GatePolicy gate;
     PowerModel power;
 };
+
+/// The cameras that the pipeline works for; nothing: the one camera of the colour source.
+std::optional<RigGeometry> rig_geometry(const Config &config);
 
 /// Reads a configuration file, then the files *.toml in the folder `path`.d in order of name, then
 /// the file `policy` if it has a name and exists; each overrides keys of those before it. `policy`

@@ -19,6 +19,7 @@ void add_device_parameters(ParameterTable &table, Config &c) {
                                                    "amplitude-rows",
                                                    "amplitude-below",
                                                    "amplitude-above"};
+    static constexpr std::string_view published_cameras[] = {"color", "tof", "pinhole"};
     static constexpr std::string_view payloads[] = {"uint8", "int32", "uint64"};
     table.section(
         "color",
@@ -132,6 +133,30 @@ void add_device_parameters(ParameterTable &table, Config &c) {
     table.add(
         "illuminator.payload", &c.illuminator.payload, {.choices = payloads},
         "openni2-emitter: type of that property; uint64 for PS1080 devices, int32 for PSLink.");
+    table.section("rig", "Two cameras that differ in place, lens or size.");
+    table.add("rig.calibration", &c.calibration.file, {},
+              "File with the calibration of both cameras (docs/calibration.md); set it unless the "
+              "TOF camera's depth is registered to the colour camera. It says what color.width, "
+              "color.height, color.fx and the like, and motion.readout_s say otherwise. A relative "
+              "path starts at the folder of the configuration file.");
+    table.section("published", "The camera whose view depth is published in.");
+    table.add("published.camera", &c.published.camera, {.choices = published_cameras},
+              "color: each pixel of the colour camera's image gets depth; tof: programs see what "
+              "the TOF camera alone would give them; pinhole: a camera without lens at the colour "
+              "camera's place, with the size and field of your choice. The last two need "
+              "rig.calibration.");
+    table.add("published.width", &c.published.pinhole.width, {16, 4096, "pixels"},
+              "pinhole: width of the depth map.");
+    table.add("published.height", &c.published.pinhole.height, {16, 4096, "pixels"},
+              "pinhole: height of the depth map.");
+    table.add("published.fx", &c.published.pinhole.fx, {0, 100000, "pixels"},
+              "pinhole: required. Horizontal focal length; lower it for a wider field.");
+    table.add("published.fy", &c.published.pinhole.fy, {0, 100000, "pixels"},
+              "pinhole: required. Vertical focal length.");
+    table.add("published.cx", &c.published.pinhole.cx, {0, 4096, "pixels", "published.width"},
+              "pinhole: column of the principal point, where the axis meets the picture.");
+    table.add("published.cy", &c.published.pinhole.cy, {0, 4096, "pixels", "published.height"},
+              "pinhole: row of the principal point.");
     table.section("replay", "The driver replay: a recording.");
     table.add("replay.path", &c.replay.path, {},
               "Required by the driver replay: folder of a recording in TUM layout. A relative path "

@@ -17,8 +17,9 @@ std::chrono::nanoseconds BackOff::next() {
 
 CaptureSession::CaptureSession(Rig &rig, const Config &config, WorkerPool &pool, RingWriter &ring,
                                const StreamNotifier &streams, Outbox &outbox)
-    : rig_(rig), run_without_readers_(config.daemon.run_without_readers), ring_(ring), streams_(streams),
-      outbox_(outbox), loop_(rig, pipeline_factory(config.estimator, pool), config.gate) {}
+    : rig_(rig), run_without_readers_(config.daemon.run_without_readers), ring_(ring),
+      streams_(streams), outbox_(outbox),
+      loop_(rig, pipeline_factory(config.estimator, pool), config.gate, rig_geometry(config)) {}
 
 CaptureSession::~CaptureSession() {
     loop_.stop();
@@ -79,8 +80,8 @@ void CaptureSession::obey(const Orders &orders) {
     if (orders.measurements != measurements_ordered_)
         gate.request_measurement();
     measurements_ordered_ = orders.measurements;
-    if (orders.camera && !(*orders.camera == loop_.camera())) {
-        loop_.set_camera(*orders.camera);
+    if (orders.geometry && !(*orders.geometry == loop_.geometry())) {
+        loop_.set_geometry(*orders.geometry);
         ++calibration_;
     }
 }
@@ -168,7 +169,7 @@ void CaptureSession::publish(const FrameResult &result) {
         tof_sequence_ = result.tof_sequence;
     }
     const Estimate &estimate = result.estimate;
-    const Intrinsics &camera = loop_.camera();
+    const CameraModel &camera = loop_.geometry().published;
     afterglow_frame frame = {};
     if (estimate.tracked)
         frame.flags |= AFTERGLOW_FRAME_TRACKED;
@@ -186,10 +187,12 @@ void CaptureSession::publish(const FrameResult &result) {
         frame.tof_sequence = tof_sequence_;
     }
     frame.calibration = calibration_;
-    frame.fx = camera.fx;
-    frame.fy = camera.fy;
-    frame.cx = camera.cx;
-    frame.cy = camera.cy;
+    frame.fx = camera.pinhole.fx;
+    frame.fy = camera.pinhole.fy;
+    frame.cx = camera.pinhole.cx;
+    frame.cy = camera.pinhole.cy;
+    frame.lens = static_cast<std::uint32_t>(camera.lens); // numbered alike
+    std::copy(camera.distortion.begin(), camera.distortion.end(), frame.distortion);
     first_ = false;
     FrameEvent event = {ring_.publish(estimate, result.luma, frame), damaged_, missed_,
                         result.reason};

@@ -18,11 +18,11 @@ namespace afterglow {
 /// however often clients change the policy.
 struct Orders {
     GatePolicy policy = {};
-    std::optional<Intrinsics> camera = {}; ///< calibration; nothing: what the source says
-    std::uint64_t measurements = 0;        ///< asked for so far: one more wants one more
-    double linger_s = 0;                   ///< that the cameras go on after the last stream's end
-    bool run = false;                      ///< a stream is open
-    bool stop = false;                     ///< end the thread
+    std::optional<RigGeometry> geometry = {}; ///< calibration; nothing: as at the start
+    std::uint64_t measurements = 0;           ///< asked for so far: one more wants one more
+    double linger_s = 0; ///< that the cameras go on after the last stream's end
+    bool run = false;    ///< a stream is open
+    bool stop = false;   ///< end the thread
 };
 
 /// The delay before a lost device is started again: 250 ms, then 500 ms.

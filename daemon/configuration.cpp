@@ -13,8 +13,13 @@ namespace {
 
 constexpr std::array<std::string_view, 4> live_prefixes{"gate.", "power.", "access.",
                                                         "daemon.linger_s"};
-constexpr std::array<std::string_view, 4> calibration{"color.fx", "color.fy", "color.cx",
-                                                      "color.cy"};
+constexpr std::array<std::string_view, 10> calibration{
+    "color.fx",     "color.fy",     "color.cx",     "color.cy",     "rig.calibration",
+    "published.fx", "published.fy", "published.cx", "published.cy", "published.camera"};
+
+RigGeometry geometry(const Config &config) {
+    return rig_geometry(config).value_or(RigGeometry(config.color.camera));
+}
 
 } // namespace
 
@@ -25,18 +30,18 @@ Result<Config> read_configuration(const ConfigurationFiles &files) {
     return config;
 }
 
-std::optional<Intrinsics> live_calibration(const Config &running, const Config &read) {
+std::optional<RigGeometry> live_geometry(const Config &running, const Config &read) {
     const ColorDriver driver = running.color.driver;
-    const auto &[before, now] = std::tie(running.color.camera, read.color.camera);
     const bool is_real = driver == ColorDriver::v4l2 || driver == ColorDriver::libcamera;
-    if (!is_real || read.color.driver != driver || now.width != before.width ||
-        now.height != before.height)
+    const RigGeometry before = geometry(running), now = geometry(read);
+    if (!is_real || read.color.driver != driver || before.registered != now.registered ||
+        !before.same_sizes(now))
         return std::nullopt;
     return now;
 }
 
 std::vector<std::string> restart_needed(Config running, Config read) {
-    const bool calibration_is_live = live_calibration(running, read).has_value();
+    const bool calibration_is_live = live_geometry(running, read).has_value();
     const auto is_live = [&](std::string_view key) {
         return std::any_of(live_prefixes.begin(), live_prefixes.end(),
                            [&](std::string_view prefix) { return key.starts_with(prefix); }) ||

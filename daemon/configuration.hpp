@@ -19,9 +19,9 @@ struct ConfigurationFiles {
 /// Reads them (load_config()).
 Result<Config> read_configuration(const ConfigurationFiles &files);
 
-/// The calibration of the colour camera that a daemon started with `running` can take from `read`
-/// while it runs: that of a real camera, of the same size.
-std::optional<Intrinsics> live_calibration(const Config &running, const Config &read);
+/// The cameras that a daemon started with `running` can take from `read` while it runs: real ones,
+/// of the same sizes.
+std::optional<RigGeometry> live_geometry(const Config &running, const Config &read);
 
 /// The keys that differ and that the daemon reads only at its start.
 std::vector<std::string> restart_needed(Config running, Config read);

@@ -173,8 +173,8 @@ Result<std::vector<std::string>> Daemon::reload() {
         ::sd_notify(0, "READY=1");
         return config.error();
     }
-    if (const auto camera = live_calibration(config_, *config))
-        thread_->set_camera(*camera);
+    if (const auto geometry = live_geometry(config_, *config))
+        thread_->set_geometry(*geometry);
     thread_->set_linger(config->daemon.linger_s);
     service_.configure(*config);
     const std::vector<std::string> keys = restart_needed(config_, *config);

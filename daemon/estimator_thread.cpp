@@ -34,8 +34,10 @@ void wait_for(int fd, std::chrono::nanoseconds time) {
 } // namespace
 
 Result<std::unique_ptr<EstimatorThread>> EstimatorThread::create(Rig rig, const Config &config) {
-    Result<std::unique_ptr<RingWriter>> ring =
-        RingWriter::create(rig.color->intrinsics(), config.daemon.ring_slots);
+    const RigGeometry geometry =
+        rig_geometry(config).value_or(RigGeometry(rig.color->intrinsics()));
+    Result<std::unique_ptr<RingWriter>> ring = RingWriter::create(
+        geometry.published.pinhole, geometry.rig.color.pinhole, config.daemon.ring_slots);
     if (!ring)
         return ring.error();
     Result<std::unique_ptr<StreamNotifier>> streams =
@@ -82,8 +84,8 @@ void EstimatorThread::measure() {
     give();
 }
 
-void EstimatorThread::set_camera(const Intrinsics &camera) {
-    given_.camera = camera;
+void EstimatorThread::set_geometry(const RigGeometry &geometry) {
+    given_.geometry = geometry;
     give();
 }
 

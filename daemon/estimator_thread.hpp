@@ -38,7 +38,7 @@ public:
     void set_policy(const GatePolicy &policy);
     /// The next image asks for a measurement, unless the mode is off or the budget is spent.
     void measure();
-    /// Another calibration of the colour camera; of the same size.
+    /// Another calibration of the cameras; of the same sizes.
     void set_geometry(const RigGeometry &geometry);
     /// How long the cameras go on after the last stream's end, from the next one on.
     void set_linger(double seconds);

@@ -148,7 +148,9 @@ Result<Rig> open_rig(const Config &config) {
     Result<std::unique_ptr<ColorSource>> color = open_color(config);
     if (!color)
         return color.error();
-    Result<Tof> tof = open_tof(config, (*color)->intrinsics());
+    // Registered depth has the size of the images.
+    Result<Tof> tof = open_tof(config, config.calibration.rig ? config.calibration.rig->tof.pinhole
+                                                              : (*color)->intrinsics());
     if (!tof)
         return tof.error();
     if (!tof->light) {

@@ -18,6 +18,8 @@ struct RigCalibration {
     double tof_delay_s = 0;
     /// Time from reading the first row of an image to the last, seconds; 0 = global shutter.
     double readout_s = 0;
+
+    bool operator==(const RigCalibration &) const = default;
 };
 
 } // namespace afterglow

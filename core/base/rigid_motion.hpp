@@ -43,6 +43,7 @@ struct Pose {
     /// Rotation angle in radians.
     double angle() const { return Eigen::AngleAxisd(R).angle(); }
     bool is_finite() const { return R.allFinite() && T.allFinite(); }
+    bool operator==(const Pose &other) const { return R == other.R && T == other.T; }
 };
 
 /// The pose that turns by w and then shifts by v. Rotation and translation are taken apart: this is

@@ -23,15 +23,25 @@ struct RigGeometry {
     /// Depth maps are registered to the colour camera: they show what it would see, in its size.
     bool registered = false;
 
+    /// Each camera is as large as the other rig's.
+    bool same_sizes(const RigGeometry &other) const {
+        const auto same = [](const CameraModel &a, const CameraModel &b) {
+            return a.pinhole.width == b.pinhole.width && a.pinhole.height == b.pinhole.height;
+        };
+        return same(rig.color, other.rig.color) && same(rig.tof, other.rig.tof) &&
+               same(published, other.published);
+    }
+    bool operator==(const RigGeometry &other) const {
+        return rig == other.rig && published == other.published &&
+               published_from_color == other.published_from_color && registered == other.registered;
+    }
+
     /// The one pinhole camera of a registered rig.
     const Intrinsics &camera() const { return published.pinhole; }
     /// What is published is seen along the rays of measured maps, pixel by pixel.
     bool publishes_readings() const { return publishes_tof() && published == rig.tof; }
     /// The published camera is where the TOF camera is, and looks the same way.
-    bool publishes_tof() const {
-        return published_from_color.R == rig.tof_from_color.R &&
-               published_from_color.T == rig.tof_from_color.T;
-    }
+    bool publishes_tof() const { return published_from_color == rig.tof_from_color; }
 };
 
 } // namespace afterglow

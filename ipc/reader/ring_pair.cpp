@@ -46,9 +46,9 @@ int RingPair::open(const UniqueFd &depth, const UniqueFd &images, RingPair &pair
             return error;
         const bool same_ring =
             opened.images_.header().generation == opened.depth_.header().generation &&
-            opened.images_.plane(AFTERGLOW_PLANE_LUMA) != nullptr &&
             opened.images_.plane(AFTERGLOW_PLANE_DEPTH) == nullptr;
-        if (!same_ring || !same_size(opened.images_, *map))
+        const afterglow_plane *luma = opened.images_.plane(AFTERGLOW_PLANE_LUMA);
+        if (!same_ring || luma == nullptr || !same_size(opened.images_, *luma))
             return -EPROTO;
     }
     pair = std::move(opened);

@@ -46,20 +46,21 @@ std::int64_t now_ns() {
 
 } // namespace
 
-Result<std::unique_ptr<RingWriter>> RingWriter::create(const Intrinsics &camera, int slots) {
-    if (!is_camera(camera))
-        return Error{fmt::format("cannot publish frames of a {} x {} camera with focal lengths "
-                                 "{}, {} and principal point {}, {}",
-                                 camera.width, camera.height, camera.fx, camera.fy, camera.cx,
-                                 camera.cy),
-                     EINVAL};
+Result<std::unique_ptr<RingWriter>> RingWriter::create(const Intrinsics &depth,
+                                                       const Intrinsics &images, int slots) {
+    for (const Intrinsics &camera : {depth, images})
+        if (!is_camera(camera))
+            return Error{fmt::format("cannot publish frames of a {} x {} camera with focal lengths "
+                                     "{}, {} and principal point {}, {}",
+                                     camera.width, camera.height, camera.fx, camera.fy, camera.cx,
+                                     camera.cy),
+                         EINVAL};
     std::uint64_t generation = 0;
     if (::getrandom(&generation, sizeof generation, 0) != sizeof generation)
         return Error{
             fmt::format("cannot draw an identity for the frame ring: {}", std::strerror(errno)),
             errno};
-    std::unique_ptr<RingWriter> writer(
-        new RingWriter(camera.width, camera.height, slots, generation));
+    std::unique_ptr<RingWriter> writer(new RingWriter(depth, images, slots, generation));
     Result<std::unique_ptr<Pair>> first = writer->make_pair(0);
     if (!first)
         return first.error();
@@ -72,8 +73,9 @@ Result<std::unique_ptr<RingWriter>> RingWriter::create(const Intrinsics &camera,
     return writer;
 }
 
-RingWriter::RingWriter(int width, int height, int slots, std::uint64_t generation)
-    : width_(width), height_(height), slots_(slots), generation_(generation) {}
+RingWriter::RingWriter(const Intrinsics &depth, const Intrinsics &images, int slots,
+                       std::uint64_t generation)
+    : depth_(depth), images_(images), slots_(slots), generation_(generation) {}
 
 RingWriter::~RingWriter() {
     for (const std::unique_ptr<Pair> &pair : pairs_)
@@ -85,11 +87,11 @@ RingWriter::~RingWriter() {
 
 Result<std::unique_ptr<RingWriter::Pair>> RingWriter::make_pair(std::uint64_t renewal) const {
     Result<RingMemory> depth =
-        RingMemory::create(width_, height_, depth_planes, slots_, generation_);
+        RingMemory::create(depth_.width, depth_.height, depth_planes, slots_, generation_);
     if (!depth)
         return depth.error();
     Result<RingMemory> images =
-        RingMemory::create(width_, height_, image_planes, slots_, generation_);
+        RingMemory::create(images_.width, images_.height, image_planes, slots_, generation_);
     if (!images)
         return images.error();
     return std::unique_ptr<Pair>(new Pair{std::move(*depth), std::move(*images), renewal});

@@ -32,9 +32,14 @@ public:
     /// Pairs replaced by renew() that readers may keep before it refuses another one.
     static constexpr std::size_t most_pairs_held = 4;
 
-    /// Makes a ring for frames of the camera's size, of 2 to 1024 slots. Fails when the camera is
-    /// not one, or when memory or seals are refused.
-    static Result<std::unique_ptr<RingWriter>> create(const Intrinsics &camera, int slots = 8);
+    /// Makes a ring for depth of the camera `depth`'s size and images of the camera `images`' size,
+    /// of 2 to 1024 slots. Fails when a camera is not one, or when memory or seals are refused.
+    static Result<std::unique_ptr<RingWriter>> create(const Intrinsics &depth,
+                                                      const Intrinsics &images, int slots = 8);
+    /// The same for one camera.
+    static Result<std::unique_ptr<RingWriter>> create(const Intrinsics &camera, int slots = 8) {
+        return create(camera, camera, slots);
+    }
     ~RingWriter();
     RingWriter(const RingWriter &) = delete;
     RingWriter &operator=(const RingWriter &) = delete;
@@ -76,13 +81,14 @@ private:
         const std::uint64_t renewal;
         bool retired = false; ///< the estimator thread never touches it again; unmapped
     };
-    RingWriter(int width, int height, int slots, std::uint64_t generation);
+    RingWriter(const Intrinsics &depth, const Intrinsics &images, int slots,
+               std::uint64_t generation);
     Result<std::unique_ptr<Pair>> make_pair(std::uint64_t renewal) const;
     void collect_locked();
     void switch_to(Pair &pair);
 
-    const int width_;
-    const int height_;
+    const Intrinsics depth_;
+    const Intrinsics images_;
     const int slots_;
     const std::uint64_t generation_;
 

@@ -78,9 +78,10 @@ struct afterglow_options {
 struct afterglow_info {
     uint32_t size;        /* sizeof(struct afterglow_info) */
     uint32_t calibration; /* counts cameras, from 1; 0: no frame has been read yet */
-    uint32_t width;       /* of all planes, pixels */
+    uint32_t width;       /* of depth and confidence, pixels */
     uint32_t height;
-    double fx, fy, cx, cy; /* pinhole camera of the frame read last, pixels; 0 before the first */
+    double fx, fy, cx, cy; /* camera of the frame read last, pixels; 0 before the first; its lens is
+                            * in the frame */
     uint64_t generation;   /* random for each run of the daemon */
     uint32_t slot_count;   /* frames that the ring holds: how far back afterglow_read() can reach */
     uint32_t ring_minor;   /* version 2.ring_minor of the daemon's ring */

@@ -29,7 +29,7 @@ extern "C" {
 
 #define AFTERGLOW_RING_MAGIC 0x776f6c6772746661ull /* "aftrglow" */
 #define AFTERGLOW_RING_MAJOR 2                     /* another number: unreadable to you */
-#define AFTERGLOW_RING_MINOR 0                     /* a higher one: fields were added at the ends */
+#define AFTERGLOW_RING_MINOR 1                     /* a higher one: fields were added at the ends */
 #define AFTERGLOW_MAX_PLANES 8
 
 /* What a plane's pixels mean. */
@@ -38,7 +38,9 @@ enum afterglow_plane_kind {
     /* 0: no depth. 255: measured in this frame. 1 to 254: estimated; the expected relative error of
      * the depth is (255 - c) * unit, and 1 also stands for larger and unknown errors. */
     AFTERGLOW_PLANE_CONFIDENCE = 2,
-    AFTERGLOW_PLANE_LUMA = 3, /* the image that the depth belongs to */
+    /* The colour camera's picture, as it came. It shows what the depth shows, pixel by pixel, where
+     * the colour camera is the published one; else it may have another size. */
+    AFTERGLOW_PLANE_LUMA = 3,
 };
 
 /* How a pixel is stored: the FourCC of the V4L2 pixel format that is the same. */
@@ -52,6 +54,20 @@ enum afterglow_source {
     AFTERGLOW_NONE = 0,      /* no depth could be given; the depth plane is zeros */
     AFTERGLOW_MEASURED = 1,  /* by the TOF camera, for this image */
     AFTERGLOW_ESTIMATED = 2, /* by warping an earlier measurement */
+};
+
+/* How the lens of a camera bends rays; names of ROS in brackets. With r^2 = x^2 + y^2 of the ray
+ * (x, y, 1) and theta = atan r, the pixel is (fx x' + cx, fy y' + cy), where
+ *   PINHOLE         (x', y') = (x, y)
+ *   BROWN_CONRADY   x' = x s + 2 p1 x y + p2 (r^2 + 2 x^2), y' = y s + p1 (r^2 + 2 y^2) + 2 p2 x y,
+ *                   s = (1 + k1 r^2 + k2 r^4 + k3 r^6) / (1 + k4 r^2 + k5 r^4 + k6 r^6);
+ *                   distortion: k1 k2 p1 p2 k3 k4 k5 k6  (plumb_bob, rational_polynomial)
+ *   KANNALA_BRANDT  (x', y') = (x, y) theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 +
+ *                   k4 theta^8) / r;  distortion: k1 k2 k3 k4  (equidistant) */
+enum afterglow_lens {
+    AFTERGLOW_LENS_PINHOLE = 0,
+    AFTERGLOW_LENS_BROWN_CONRADY = 1,
+    AFTERGLOW_LENS_KANNALA_BRANDT = 2,
 };
 
 /* The TOF camera's light while this image was taken. */
@@ -111,8 +127,8 @@ struct afterglow_frame {
     float expected_mre;       /* predicted mean relative error, percent; negative: not predicted */
     float coverage;           /* percent of the pixels with depth */
 
-    /* The pinhole camera of the planes, pixels; (0, 0) is the centre of the top left pixel. Another
-     * `calibration` is another camera: it counts from 1. */
+    /* The camera that depth and confidence are seen by, pixels; (0, 0) is the centre of the top left
+     * pixel. See also `lens`. Another `calibration` is another camera: it counts from 1. */
     uint32_t calibration;
     /* Counts worlds, from 1: another one says that the tracking was lost, and that poses in it have
      * nothing to do with earlier ones. 0: there is none yet. */
@@ -121,6 +137,11 @@ struct afterglow_frame {
     /* Poses as 3 rows of 4, [R | T], metres. X right, Y down, Z forward. */
     double world_from_camera[12];       /* where the camera is in the world */
     double camera_from_measurement[12]; /* takes points of the measured frame to this one */
+
+    /* Since 2.1. */
+    uint32_t lens;        /* of the camera above, enum afterglow_lens */
+    uint32_t reserved;    /* 0 */
+    double distortion[8]; /* of the lens; those that it has not are 0 */
 };
 
 struct afterglow_slot_header {
