@@ -270,7 +270,7 @@ std::string camera_toml(const CameraModel &camera) {
     std::string text =
         fmt::format("width = {}\nheight = {}\nmodel = \"{}\"\n"
                     "fx = {}\nfy = {}\ncx = {}\ncy = {}\n",
-                    width, height, lens_names[static_cast<int>(camera.lens)], fx, fy, cx, cy);
+                    width, height, lens_name(camera.lens), fx, fy, cx, cy);
     if (camera.lens == Lens::pinhole)
         return text;
     const std::span<const double, 8> k = camera.distortion;
@@ -305,6 +305,10 @@ std::string calibration_toml(const RigCalibration &rig) {
                        camera_toml(rig.color), rig.readout_s * ms, camera_toml(rig.tof),
                        range_names[rig.range_along_ray ? 1 : 0], rig.tof_delay_s * ms, row(T),
                        row(R.row(0)), row(R.row(1)), row(R.row(2)));
+}
+
+std::string_view lens_name(Lens lens) {
+    return lens_names[static_cast<int>(lens)];
 }
 
 } // namespace afterglow

@@ -20,4 +20,7 @@ Result<RigCalibration> parse_calibration(std::string_view text, const std::strin
 /// The file that says this.
 std::string calibration_toml(const RigCalibration &rig);
 
+/// What the file calls it.
+std::string_view lens_name(Lens lens);
+
 } // namespace afterglow

@@ -76,6 +76,18 @@ Words options_in(const std::string &text) {
     return {std::sregex_token_iterator(text.begin(), text.end(), option), {}};
 }
 
+/// A branch of the script for zsh, with the variables $reason and $rig that options stand in.
+std::string with_lists(std::string branch, const std::string &script) {
+    for (const std::string name : {"reason", "rig"}) {
+        std::smatch list;
+        REQUIRE(std::regex_search(script, list,
+                                  std::regex("local (-a )?" + name + "=([^]*?)\n    (local|\\))")));
+        if (branch.find("$" + name) != std::string::npos)
+            branch += list[2];
+    }
+    return branch;
+}
+
 /// What bash offers for the last of the words of a command line; the words are plain.
 Words bash_completions(const std::string &line) {
     const std::string script = fmt::format(
@@ -113,7 +125,7 @@ bool has_paragraph(const std::string &page, const std::string &about) {
 
 TEST_CASE("bash completes every command and option of afterglowctl --help, and no others") {
     const std::vector<Usage> usages = all_usages();
-    REQUIRE(usages.size() == 1 + 15 + 3);
+    REQUIRE(usages.size() == 1 + 16 + 3 + 3);
     Words everywhere = usages[0].options;
     everywhere.erase("--version");
     for (const Usage &usage : usages) {
@@ -122,7 +134,8 @@ TEST_CASE("bash completes every command and option of afterglowctl --help, and n
             CHECK(bash_completions(usage.command + " \"\"") == names(usage.commands));
         Words expected = usage.options;
         expected.insert(everywhere.begin(), everywhere.end());
-        if (usage.command != "policy") // its options are those of its commands
+        // Options of a command that has others are those of them.
+        if (usage.commands.empty() || usage.command.empty())
             CHECK(bash_completions(usage.command + " --") == expected);
     }
 }
@@ -135,6 +148,10 @@ TEST_CASE("bash completes values where they are known, and options' values not a
     CHECK(bash_completions("policy set Tar") == Words{"TargetError"});
     CHECK(bash_completions("log-level w") == Words{"warning"});
     CHECK(bash_completions("request --reason \"\"").empty());
+    CHECK(bash_completions("calibration \"\"") == Words{"show", "check", "convert"});
+    CHECK(bash_completions("calibration show a b " AFTERGLOW_SOURCE_DIR "/READ") ==
+          Words{AFTERGLOW_SOURCE_DIR "/README.md"});
+    CHECK(bash_completions("calibration convert --tof-size \"\"").empty());
     CHECK(bash_completions("mode auto \"\"").empty());
     CHECK(bash_completions("hold off --reason x prin").count("printf") == 1);
     CHECK(bash_completions("probe " AFTERGLOW_SOURCE_DIR "/READ") ==
@@ -172,13 +189,16 @@ TEST_CASE("zsh completes every command and option of afterglowctl --help, and no
         const std::string name = usage.command.substr(usage.command.rfind(' ') + 1);
         std::smatch branch;
         if (!own.empty()) {
-            const bool found = std::regex_search(
-                script, branch, std::regex("\n    " + name + "\\)\n([^;]*)\n        ;;"));
+            const bool found =
+                std::regex_search(script, branch,
+                                  std::regex("\n    ([a-z-]+ \\| )*" + name +
+                                             "( \\| [a-z-]+)*\\)\n([^;]*)\n        ;;"));
             REQUIRE(found);
-            for (const std::string &option : own)
-                CHECK((options_in(branch[1]).count(option) == 1 ||
-                       (option == "--reason" &&
-                        branch[1].str().find("$reason") != std::string::npos)));
+            const Words offered = options_in(with_lists(branch[3], script));
+            for (const std::string &option : own) {
+                INFO(option);
+                CHECK(offered.count(option) == 1);
+            }
         }
     }
     CHECK(options_in(script) == known);

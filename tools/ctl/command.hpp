@@ -51,5 +51,6 @@ Action declare_reload(CLI::App &app, const Settings &settings);
 Action declare_log_level(CLI::App &app, const Settings &settings);
 Action declare_devices(CLI::App &app, const Settings &settings);
 Action declare_probe(CLI::App &app, const Settings &settings);
+Action declare_calibration(CLI::App &app, const Settings &settings); // in its folder
 
 } // namespace afterglow

@@ -24,6 +24,8 @@ std::span<const Command> all_commands() {
         {"log-level", "show or set what the daemon logs", declare_log_level},
         {"devices", "cameras and lights that are there, and what each can do", declare_devices},
         {"probe", "a first configuration for them", declare_probe},
+        {"calibration", "show, check or convert the calibration of two cameras",
+         declare_calibration},
     };
     return commands;
 }

@@ -3,10 +3,11 @@
 
 _afterglowctl() {
     local commands='status monitor stats latency snapshot mode policy request hold requests measure
-        reload log-level devices probe'
+        reload log-level devices probe calibration'
     local keys='Mode IntervalFrames TargetError MeasurementPrice CoverageFloor ShortestInterval
         LongestInterval DutyCycleBudget BudgetBurst TofPower IdlePower CorePower'
     local modes='auto always-on interval off'
+    local rig='--color --tof --color-size --tof-size --fisheye --translation-unit --invert'
     local levels='emerg alert crit err warning notice info debug'
     local current=${COMP_WORDS[COMP_CWORD]}
 
@@ -19,13 +20,14 @@ _afterglowctl() {
             _command_offset $((i + 1)) 2>/dev/null
             return
             ;;
-        --bus | --frames | --error | --max-age | --reason) ((++i)) ;;
+        --bus | --frames | --error | --max-age | --reason | --color | --tof | --color-size | --tof-size | \
+            --translation-unit | -o | --output) ((++i)) ;;
         -*) ;;
         *)
             if [[ -z $command ]]; then
                 command=${COMP_WORDS[i]}
-            elif [[ $command == policy ]]; then
-                command="policy ${COMP_WORDS[i]}"
+            elif [[ $command == policy || $command == calibration ]]; then
+                command+=" ${COMP_WORDS[i]}"
             else
                 arguments+=("${COMP_WORDS[i]}")
             fi
@@ -42,6 +44,9 @@ _afterglowctl() {
     snapshot | probe) ((count > 0)) || words=FILES ;;
     mode) ((count > 0)) || words=$modes ;;
     log-level) ((count > 0)) || words=$levels ;;
+    calibration) words='show check convert' ;;
+    'calibration show' | 'calibration check') options=$rig words=FILES ;;
+    'calibration convert') options="$rig --output" words=FILES ;;
     policy) words='get set save' ;;
     'policy get') ((count > 0)) || words=$keys ;;
     'policy set')

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tools/ctl/command.hpp"
+
+#include "tools/ctl/calibration/rig_files.hpp"
+#include "tools/ctl/calibration/verbs.hpp"
+
+#include <memory>
+
+namespace afterglow {
+namespace {
+
+/// What all verbs have.
+std::shared_ptr<RigFiles> declare_files(CLI::App &app) {
+    auto files = std::make_shared<RigFiles>();
+    app.add_option("FILE", files->paths,
+                   "of OpenCV, ROS, Kalibr or afterglow: cameras, and where they are")
+        ->type_name("")
+        ->required();
+    app.add_option("--color", files->color, "the colour camera: its name or its file")
+        ->type_name("NAME");
+    app.add_option("--tof", files->tof, "the TOF camera: its name or its file")->type_name("NAME");
+    app.add_option("--color-size", files->color_size, "of its pictures, if no file tells")
+        ->type_name("WxH");
+    app.add_option("--tof-size", files->tof_size, "of its depth maps, if no file tells")
+        ->type_name("WxH");
+    app.add_flag("--fisheye", files->hints.fisheye,
+                 "OpenCV's coefficients are of its fisheye model");
+    app.add_option("--translation-unit", files->hints.metres_per_unit, "of OpenCV's T: m, cm or mm")
+        ->transform(CLI::Transformer({{"m", "1"}, {"cm", "0.01"}, {"mm", "0.001"}}))
+        ->check(CLI::IsMember({"1", "0.01", "0.001"}))
+        ->type_name("UNIT");
+    app.add_flag("--invert", files->invert,
+                 "R and T take points of the TOF camera to the colour one");
+    return files;
+}
+
+template <auto verb>
+Action declare_verb(CLI::App &app, const Settings &settings) {
+    return [&settings, files = declare_files(app)] { return verb(*files, settings.json); };
+}
+
+Action declare_convert(CLI::App &app, const Settings &settings) {
+    const auto files = declare_files(app);
+    const auto path = std::make_shared<std::string>();
+    app.add_option("-o,--output", *path, "a new file; stdout if not given")->type_name("FILE");
+    return [&settings, files, path] { return convert_calibration(*files, *path, settings.json); };
+}
+
+} // namespace
+
+Action declare_calibration(CLI::App &app, const Settings &settings) {
+    static constexpr Command commands[] = {
+        {"show", "both cameras and where they are", declare_verb<show_calibration>},
+        {"check", "what is suspicious in it", declare_verb<check_calibration>},
+        {"convert", "make the file that the daemon reads", declare_convert},
+    };
+    return declare_commands(app, commands, settings);
+}
+
+} // namespace afterglow
