@@ -4,7 +4,9 @@
 #include "tools/ctl/calibration/rig_files.hpp"
 #include "tools/ctl/calibration/verbs.hpp"
 
+#include <map>
 #include <memory>
+#include <string>
 
 namespace afterglow {
 namespace {
@@ -25,9 +27,12 @@ std::shared_ptr<RigFiles> declare_files(CLI::App &app) {
         ->type_name("WxH");
     app.add_flag("--fisheye", files->hints.fisheye,
                  "OpenCV's coefficients are of its fisheye model");
-    app.add_option("--translation-unit", files->hints.metres_per_unit, "of OpenCV's T: m, cm or mm")
-        ->transform(CLI::Transformer({{"m", "1"}, {"cm", "0.01"}, {"mm", "0.001"}}))
-        ->check(CLI::IsMember({"1", "0.01", "0.001"}))
+    static const std::map<std::string, double> units = {{"m", 1}, {"cm", 0.01}, {"mm", 0.001}};
+    app.add_option_function<std::string>(
+           "--translation-unit",
+           [files](const std::string &unit) { files->hints.metres_per_unit = units.at(unit); },
+           "of OpenCV's T; metres if not given")
+        ->check(CLI::IsMember({"m", "cm", "mm"}))
         ->type_name("UNIT");
     app.add_flag("--invert", files->invert,
                  "R and T take points of the TOF camera to the colour one");
