@@ -195,6 +195,15 @@ void add_device_parameters(ParameterTable &table, Config &c) {
               "for perfect cameras.");
     table.add("synthetic.motion", &c.synthetic.motion, {0, 100},
               "Speed of the hand-held camera as a multiple of the usual; 0 = on a tripod.");
+    table.add("synthetic.exposure_changes", &c.synthetic.exposure_changes, {0, 4, "stops"},
+              "By how much the exposure of the images drifts and jumps, up and down; raise it to "
+              "simulate an automatic exposure.");
+    table.add("synthetic.multipath", &c.synthetic.multipath, {0, 10},
+              "Strength of the light that reaches the TOF camera by way of another surface and "
+              "makes concave corners round; 1 = as of matt surfaces.");
+    table.add("synthetic.tof_exposure_ms", &c.synthetic.tof_exposure_ms, {0, 100, "ms"},
+              "Time in which the TOF camera takes its four phases; raise it to smear the edges of "
+              "what moves.");
 }
 
 void add_daemon_parameters(ParameterTable &table, Config &c) {
