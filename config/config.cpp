@@ -4,6 +4,7 @@
 #include "config/calibration_file.hpp"
 #include "config/parameter_table.hpp"
 #include "config/read_text.hpp"
+#include "config/sensor_profiles.hpp"
 #include "core/base/printable.hpp"
 
 #include <fmt/format.h>
@@ -95,10 +96,14 @@ private:
     }
 
     void take_documents() {
-        // First, so that every other key of [estimator] overrides it.
+        // First, so that every other key overrides what they stand for.
         for (const Document &document : documents_)
             if (const auto name = document.content["estimator"]["preset"].value<std::string>())
                 config_.estimator = estimator_preset(*name).value_or(config_.estimator);
+        for (const Document &document : documents_)
+            if (const auto name = document.content["sensor"]["profile"].value<std::string>())
+                if (const SensorProfile *profile = find_sensor_profile(*name))
+                    profile->apply(config_.estimator.keyframe.surface);
         for (document_ = 0; document_ < documents_.size(); ++document_) {
             take_table(documents_[document_].content, "");
             resolve_paths(documents_[document_]);

@@ -113,7 +113,8 @@ struct Config {
     SyntheticOptions synthetic;
 
     std::string preset = "default";
-    EstimatorOptions estimator; ///< the preset, with the file's overrides
+    std::string sensor_profile = "kinect"; ///< config/sensor_profiles.hpp
+    EstimatorOptions estimator; ///< the preset and the profile, with the file's overrides
     GatePolicy gate;
     PowerModel power;
 };

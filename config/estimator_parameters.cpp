@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/parameter_table.hpp"
+#include "config/sensor_profiles.hpp"
 
 namespace afterglow {
 namespace {
@@ -36,7 +37,7 @@ void add_paper(ParameterTable &table, EstimatorOptions &e) {
               "on chance.");
 }
 
-void add_keyframe(ParameterTable &table, KeyframeOptions &k) {
+void add_keyframe(ParameterTable &table, KeyframeOptions &k, std::string &sensor_profile) {
     const Method method = Method::keyframe;
     table.section("motion", "Preset default: how the camera is moved.", method);
     table.add("motion.speed", &k.motion.speed, {0.001, 10, "m/s"},
@@ -67,16 +68,20 @@ void add_keyframe(ParameterTable &table, KeyframeOptions &k) {
               "slowly from more pairs.");
     table.section(
         "sensor",
-        "Preset default: noise and range of the TOF camera. The noise defaults are a Kinect's; a "
-        "continuous-wave TOF camera is nearer to floor_m 0.002, linear 0.002, quadratic_per_m 0.",
+        "Preset default: noise and range of the TOF camera. `afterglowctl characterise` measures "
+        "them.",
         method);
+    table.add(
+        "sensor.profile", &sensor_profile, {.choices = sensor_profile_names()},
+        "Family of the TOF camera (docs/sensors.md), which decides the other keys of this table "
+        "where they are not given.");
     table.add("sensor.floor_m", &k.surface.noise.floor_m, {-1, 1, "m"},
               "Constant term of the noise of a reading, sigma(z) = floor + linear z + quadratic "
-              "z^2; set it from the sensor's data sheet.");
+              "z^2; set it for a camera that no profile fits.");
     table.add("sensor.linear", &k.surface.noise.linear, {-1, 1, "m/m"},
-              "Term of the noise in z; set it from the sensor's data sheet.");
+              "Term of the noise in z; set it as floor_m.");
     table.add("sensor.quadratic_per_m", &k.surface.noise.quadratic_per_m, {0, 1, "1/m"},
-              "Term of the noise in z^2; set it from the sensor's data sheet.");
+              "Term of the noise in z^2; set it as floor_m.");
     table.add(
         "sensor.least_relative", &k.surface.noise.least_relative, {0.0001, 0.1, "of depth"},
         "Least noise of any reading; raise it where the formula promises too little close by.");
@@ -207,7 +212,7 @@ void add_gate(ParameterTable &table, GatePolicy &gate) {
 
 void add_estimator_parameters(ParameterTable &table, Config &config) {
     add_paper(table, config.estimator);
-    add_keyframe(table, config.estimator.keyframe);
+    add_keyframe(table, config.estimator.keyframe, config.sensor_profile);
     add_gate(table, config.gate);
 }
 

@@ -45,6 +45,8 @@ ParameterTable ParameterTable::of(Config &config) {
 ParameterTable ParameterTable::of_estimator(Config &config) {
     ParameterTable table;
     add_estimator_parameters(table, config);
+    // A name for several values: these can be given one by one.
+    std::erase_if(table.rows_, [](const Parameter &row) { return row.key == "sensor.profile"; });
     return table;
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/parameter_table.hpp"
+#include "config/sensor_profiles.hpp"
 
 #include <fmt/format.h>
 
@@ -25,6 +26,8 @@ std::string comment(std::string_view text) {
 
 std::string to_toml(Config config) {
     Config standard;
+    if (const SensorProfile *profile = find_sensor_profile(config.sensor_profile))
+        profile->apply(standard.estimator.keyframe.surface);
     const ParameterTable table = ParameterTable::of(config);
     const ParameterTable defaults = ParameterTable::of(standard);
     std::string out =
@@ -36,7 +39,10 @@ std::string to_toml(Config config) {
         out += fmt::format("\n{}[{}]\n", comment(section.about), section.name);
         for (const Parameter &row : table.rows(section)) {
             const std::string value = toml_value(row), usual = toml_value(*defaults.find(row.key));
-            out += fmt::format("{}{} = {} # {}{}\n", comment(row.help),
+            // Written out, it would override any other profile that somebody chooses here.
+            const bool is_profiles =
+                section.name == "sensor" && row.key != "sensor.profile" && value == usual;
+            out += fmt::format("{}{}{} = {} # {}{}\n", comment(row.help), is_profiles ? "# " : "",
                                row.key.substr(section.name.size() + 1), value, describe(row),
                                value == usual ? "" : fmt::format("; default {}", usual));
         }

@@ -269,6 +269,31 @@ TEST_CASE("parameters that contradict each other are told with the line of the l
     CHECK(problems(drivers + "[sensor]\nnearest_m = 5\nfarthest_m = 5\n").empty());
 }
 
+TEST_CASE("a sensor's profile decides what the other keys of its table do not") {
+    const auto surface = [](const std::string &keys) {
+        const Result<Config> config = parse_config(drivers + "[sensor]\n" + keys, "a.toml");
+        REQUIRE(config);
+        return config->estimator.keyframe.surface;
+    };
+    const SurfaceOptions usual, named = surface("profile = \"kinect\"\n");
+    CHECK(named.noise.quadratic_per_m == usual.noise.quadratic_per_m);
+    CHECK(named.farthest_m == usual.farthest_m);
+    const SurfaceOptions v2 = surface("profile = \"kinect-v2\"\n");
+    CHECK(v2.noise.sigma(2) == Approx(0.002)); // not below 0.1 %
+    CHECK(v2.noise.quadratic_per_m == 0.0003F);
+    CHECK(v2.farthest_m == 4.5F);
+    // "farthest_m" comes before "profile", "quadratic_per_m" after it.
+    const SurfaceOptions mixed =
+        surface("quadratic_per_m = 0.5\nprofile = \"kinect-v2\"\nfarthest_m = 3\n");
+    CHECK(mixed.noise.quadratic_per_m == 0.5F);
+    CHECK(mixed.noise.linear == v2.noise.linear);
+    CHECK(mixed.farthest_m == 3.0F);
+    CHECK(surface("profile = \"kinect-v2\"\n[estimator]\npreset = \"default\"\n").farthest_m ==
+          4.5F);
+    CHECK(problems(drivers + "[sensor]\nprofile = \"kinekt\"\n")
+              .starts_with("a.toml:8: sensor.profile: \"kinekt\" is not allowed (one of kinect, "));
+}
+
 TEST_CASE("a light whose values for on and off are the same is refused") {
     const std::string led = "color.driver = \"synthetic\"\ntof.driver = \"openni2\"\n"
                             "illuminator.driver = \"led\"\nilluminator.device = \"lamp\"\n";

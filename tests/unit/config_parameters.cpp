@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/parameter_table.hpp"
+#include "config/sensor_profiles.hpp"
 #include "tests/catch.hpp"
 #include "tests/temporary_folder.hpp"
 
@@ -125,6 +126,21 @@ TEST_CASE("the shipped configuration is what --print-config prints, and gives th
 TEST_CASE("the reference page of the configuration is what --print-reference prints") {
     INFO("afterglowd --print-reference >docs/configuration.md");
     CHECK(content(AFTERGLOW_SOURCE_DIR "/docs/configuration.md") == reference_page());
+}
+
+TEST_CASE("another profile in the shipped configuration is not overridden by the keys below it") {
+    for (const SensorProfile &profile : sensor_profiles()) {
+        std::string text = to_toml(Config{});
+        const std::string usual = "\nprofile = \"kinect\"";
+        text.replace(text.find(usual), usual.size(),
+                     "\nprofile = \"" + std::string(profile.name) + "\"");
+        const Result<Config> config = parse_config(text, "a.toml");
+        REQUIRE(config);
+        const SurfaceOptions &surface = config->estimator.keyframe.surface;
+        CHECK(surface.farthest_m == profile.farthest_m);
+        CHECK(surface.noise.sigma(4) == profile.noise.sigma(4));
+        CHECK(profile.noise.sigma(profile.nearest_m) > 0);
+    }
 }
 
 TEST_CASE("a printed configuration loads again to the same configuration") {
