@@ -125,7 +125,7 @@ bool has_paragraph(const std::string &page, const std::string &about) {
 
 TEST_CASE("bash completes every command and option of afterglowctl --help, and no others") {
     const std::vector<Usage> usages = all_usages();
-    REQUIRE(usages.size() == 1 + 16 + 3 + 3);
+    REQUIRE(usages.size() == 1 + 17 + 3 + 3);
     Words everywhere = usages[0].options;
     everywhere.erase("--version");
     for (const Usage &usage : usages) {

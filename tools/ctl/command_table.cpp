@@ -26,6 +26,7 @@ std::span<const Command> all_commands() {
         {"probe", "a first configuration for them", declare_probe},
         {"calibration", "show, check or convert the calibration of two cameras",
          declare_calibration},
+        {"characterise", "measure the noise of the TOF camera", declare_characterise},
     };
     return commands;
 }

@@ -18,6 +18,12 @@ Result<Daemon> Daemon::connect(const std::string &bus) {
     return Daemon(std::move(connection), bus);
 }
 
+bool Daemon::is_running(const std::string &bus) {
+    Bus connection;
+    return open_bus(bus.c_str(), connection) >= 0 &&
+           sd_bus_get_name_creds(connection.get(), "org.afterglow.Depth1", 0, nullptr) >= 0;
+}
+
 Result<Json> Daemon::properties() {
     const Result<Message> answer =
         ask(properties_of(depth_interface), "GetAll", "s", depth_interface.name);

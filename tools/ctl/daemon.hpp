@@ -28,6 +28,8 @@ class Daemon {
 public:
     /// `bus`: "system", "session" or an address. Does not ask yet whether a daemon is on it.
     static Result<Daemon> connect(const std::string &bus);
+    /// Whether there is a bus with a daemon on it. Has the bus start none.
+    static bool is_running(const std::string &bus);
 
     /// Calls a method of org.afterglow.Depth1 with `arguments` of the D-Bus types `types`. Gives
     /// what it answers; null when that is nothing.

@@ -12,8 +12,6 @@
 #include <fcntl.h>
 
 namespace afterglow {
-namespace {
-
 Status write_new(const std::string &path, const std::string &text) {
     const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
     std::FILE *file = fd < 0 ? nullptr : ::fdopen(fd, "w");
@@ -24,8 +22,6 @@ Status write_new(const std::string &path, const std::string &text) {
                      errno};
     return ok();
 }
-
-} // namespace
 
 Result<int> print_or_write(const char *what, const std::string &text, const std::string &path,
                            bool json) {

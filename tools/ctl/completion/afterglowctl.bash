@@ -3,7 +3,7 @@
 
 _afterglowctl() {
     local commands='status monitor stats latency snapshot mode policy request hold requests measure
-        reload log-level devices probe calibration'
+        reload log-level devices probe calibration characterise'
     local keys='Mode IntervalFrames TargetError MeasurementPrice CoverageFloor ShortestInterval
         LongestInterval DutyCycleBudget BudgetBurst TofPower IdlePower CorePower'
     local modes='auto always-on interval off'
@@ -21,7 +21,7 @@ _afterglowctl() {
             return
             ;;
         --bus | --frames | --error | --max-age | --reason | --color | --tof | --color-size | --tof-size | \
-            --translation-unit | -o | --output) ((++i)) ;;
+            --translation-unit | --config | --recording | --seconds | -o | --output) ((++i)) ;;
         -*) ;;
         *)
             if [[ -z $command ]]; then
@@ -41,6 +41,7 @@ _afterglowctl() {
     '') options=--version words=$commands ;;
     monitor | latency) options=--frames ;;
     stats) options=--reset ;;
+    characterise) options='--config --recording --seconds --output' ;;
     snapshot | probe) ((count > 0)) || words=FILES ;;
     mode) ((count > 0)) || words=$modes ;;
     log-level) ((count > 0)) || words=$levels ;;
