@@ -65,8 +65,19 @@ Capture DepthPairing::next(TofSource &tof, std::chrono::steady_clock::time_point
         map_.depth = DepthMap(camera_.width, camera_.height);
         return damaged("the depth map has not the size of the camera's maps");
     }
+    if (!map_.amplitude.empty() && !map_.amplitude.view().same_size(map_.depth.view()))
+        return damaged("the amplitude has not the size of its depth map");
+    drop_dim();
     map_.t_ns += pairing_.delay.count();
     return Capture::frame;
+}
+
+void DepthPairing::drop_dim() {
+    const auto depth = map_.depth.pixels();
+    const auto amplitude = map_.amplitude.pixels();
+    for (std::size_t i = 0; i < amplitude.size(); ++i)
+        if (amplitude[i] < pairing_.least_amplitude)
+            depth[i] = 0;
 }
 
 Capture DepthPairing::examine(const Estimate &expected) {

@@ -34,6 +34,8 @@ public:
 
     /// What read() found; until the next read().
     const DepthMap &depth() const { return map_.depth; }
+    /// The amplitude of its light, of the same size; empty where the camera gives none.
+    ImageView<const std::uint16_t> amplitude() const { return map_.amplitude; }
     /// When it was taken, on the images' clock.
     std::int64_t t_ns() const { return map_.t_ns; }
     /// The TOF source's count of it.
@@ -43,6 +45,7 @@ public:
 
 private:
     Capture next(TofSource &tof, std::chrono::steady_clock::time_point deadline);
+    void drop_dim();
     Capture examine(const Estimate &expected);
     Capture damaged(std::string_view why);
 

@@ -140,6 +140,7 @@ void FrameLoop::measure(FrameResult &result) {
     asked_ns_.reset();
     result.estimate = timed(result.estimation_time, [&]() -> const Estimate & {
         Measurement measurement = pairing_.depth();
+        measurement.amplitude = pairing_.amplitude();
         // Registered depth is shown for the image's time, and stamps of such cameras differ by
         // what nobody has calibrated.
         if (!geometry_.registered)

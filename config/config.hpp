@@ -83,6 +83,7 @@ struct Config {
         double pairing_wait_ms = 20;
         double delay_ms = 0;
         int warmup_maps = 10;
+        int least_amplitude = 0;
     } tof;
 
     struct Light {

@@ -106,6 +106,9 @@ void add_device_parameters(ParameterTable &table, Config &c) {
     table.add("tof.warmup_maps", &c.tof.warmup_maps, {0, 1000, "maps"},
               "Depth maps after light on that may be dropped until they agree with each other or "
               "with the estimate; raise it for a slow light, 0 takes the first.");
+    table.add("tof.least_amplitude", &c.tof.least_amplitude, {0, 65535},
+              "Readings whose light was weaker are ignored, where the camera gives its amplitude; "
+              "raise it where dark surfaces give wrong depth.");
     table.section("illuminator", "The light of the TOF camera.");
     table.add("illuminator.driver", &c.illuminator.driver, {.choices = light_drivers},
               "What switches the light of the TOF camera; none for one that is always on.");

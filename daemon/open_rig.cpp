@@ -164,7 +164,7 @@ Result<Rig> open_rig(const Config &config) {
         tof->light = std::make_unique<LightSwitch>(std::move(tof->light));
     Pairing pairing = {milliseconds(config.tof.pairing_tolerance_ms),
                        milliseconds(config.tof.pairing_wait_ms), milliseconds(config.tof.delay_ms),
-                       config.tof.warmup_maps};
+                       config.tof.warmup_maps, config.tof.least_amplitude};
     // The images of a slow camera are far apart.
     pairing.furthest_ahead =
         std::max(pairing.furthest_ahead, milliseconds(2000 / config.color.fps));

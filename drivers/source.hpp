@@ -94,6 +94,8 @@ struct Pairing {
     std::chrono::nanoseconds delay = std::chrono::nanoseconds(0);
     /// How many depth maps after light on may be dropped until they have settled.
     int warmup_maps = 0;
+    /// Readings of less amplitude are no readings, where the TOF camera gives one.
+    int least_amplitude = 0;
     /// A map further ahead of the image than this has a wrong clock and is dropped.
     std::chrono::nanoseconds furthest_ahead = std::chrono::milliseconds(500);
 };

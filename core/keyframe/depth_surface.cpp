@@ -6,6 +6,40 @@
 #include <cmath>
 
 namespace afterglow {
+namespace {
+
+// Weights are inverse to the variance of a reading, and of the mean of two.
+
+/// Of readings that are alike.
+struct EqualWeights {
+    float of_reading(int /*u*/, int /*v*/) const { return 0.5f; }
+    float of_pair(int /*u*/, int /*v*/, int /*du*/, int /*dv*/) const { return 1.0f; }
+    float excess(int /*u*/, int /*v*/, int /*radius*/) const { return 1.0f; }
+};
+
+/// Of readings whose deviation is inverse to their amplitude.
+struct AmplitudeWeights {
+    ImageView<const std::uint16_t> amplitude;
+
+    float squared(int u, int v) const {
+        const float a = std::max(1.0f, static_cast<float>(amplitude(u, v)));
+        return a * a;
+    }
+    float of_reading(int u, int v) const { return 0.5f * squared(u, v); }
+    float of_pair(int u, int v, int du, int dv) const {
+        const float a = squared(u - du, v - dv), b = squared(u + du, v + dv);
+        return 2.0f * a * b / (a + b);
+    }
+    /// How much noisier a reading is than those around it, 1 to 4: an outlier by the noise of its
+    /// brighter neighbours may still be on their surface.
+    float excess(int u, int v, int radius) const {
+        const float around = 0.25f * (squared(u - radius, v) + squared(u + radius, v) +
+                                      squared(u, v - radius) + squared(u, v + radius));
+        return std::sqrt(std::clamp(around / squared(u, v), 1.0f, 16.0f));
+    }
+};
+
+} // namespace
 
 DepthSurface::DepthSurface(const Intrinsics &camera, const SurfaceOptions &options)
     : camera_(camera), options_(options), raw_(camera.width, camera.height),
@@ -14,7 +48,8 @@ DepthSurface::DepthSurface(const Intrinsics &camera, const SurfaceOptions &optio
       tiles_((camera.width + tile_width - 1) / tile_width,
              (camera.height + tile_height - 1) / tile_height) {}
 
-void DepthSurface::build(DepthView depth, WorkerPool &pool, const DepthCorrection &correction) {
+void DepthSurface::build(DepthView depth, WorkerPool &pool, const DepthCorrection &correction,
+                         ImageView<const std::uint16_t> amplitude) {
     correction_ = correction;
     load(depth);
     measure_noise();
@@ -22,7 +57,11 @@ void DepthSurface::build(DepthView depth, WorkerPool &pool, const DepthCorrectio
     grow_distance();
     const int rows = raw_.height();
     pool.run([&](int worker) {
-        smooth(rows * worker / pool.size(), rows * (worker + 1) / pool.size());
+        const int first = rows * worker / pool.size(), end = rows * (worker + 1) / pool.size();
+        if (amplitude.empty())
+            smooth(first, end, EqualWeights{});
+        else
+            smooth(first, end, AmplitudeWeights{amplitude});
     });
     find_ranges();
 }
@@ -146,8 +185,10 @@ void DepthSurface::grow_distance() {
     }
 }
 
-// Mean over the window of what lies on the pixel's own surface: within three sigmas plus a slope.
-void DepthSurface::smooth(int first_row, int end_row) {
+// Weighted mean over the window of what lies on the pixel's own surface: within three sigmas plus a
+// slope.
+template <class Weights>
+void DepthSurface::smooth(int first_row, int end_row, const Weights &weights) {
     const int w = raw_.width(), h = raw_.height(), r = options_.smooth_radius_px;
     for (int v = first_row; v < end_row; ++v) {
         float *out = smooth_.row(v);
@@ -157,9 +198,9 @@ void DepthSurface::smooth(int first_row, int end_row) {
                 out[u] = z;
                 continue;
             }
-            const float limit = 3.0f * noise_.sigma(z);
+            const float limit = 3.0f * noise_.sigma(z) * weights.excess(u, v, r);
             float sum = 0.0f;
-            float count = 0.0f;
+            float total = 0.0f;
             // Opposite pixels enter as pairs, so that a slope does not shift the mean.
             for (int dv = 0; dv <= r; ++dv) {
                 const float *above = raw_.row(v - dv) + u;
@@ -169,12 +210,14 @@ void DepthSurface::smooth(int first_row, int end_row) {
                     const float mean = 0.5f * (a + b);
                     const bool ok = a != 0.0f && b != 0.0f && std::abs(mean - z) < limit &&
                                     std::abs(a - b) < 2.0f * limit + 0.1f * z;
-                    sum += ok ? mean : 0.0f;
-                    count += ok ? 1.0f : 0.0f;
+                    const float weight = weights.of_pair(u, v, du, dv);
+                    sum += ok ? weight * mean : 0.0f;
+                    total += ok ? weight : 0.0f;
                 }
             }
             // The pixel itself counts as half a pair.
-            out[u] = (0.5f * z + sum) / (0.5f + count);
+            const float own = weights.of_reading(u, v);
+            out[u] = (own * z + sum) / (own + total);
         }
     }
 }

@@ -39,8 +39,10 @@ public:
 
     DepthSurface(const Intrinsics &camera, const SurfaceOptions &options);
 
-    /// `depth`: readings, millimetres, 0 = none; `correction` makes them true depths.
-    void build(DepthView depth, WorkerPool &pool, const DepthCorrection &correction = {});
+    /// `depth`: readings, millimetres, 0 = none; `correction` makes them true depths. `amplitude`:
+    /// of the light that they were made from, to which their noise is inverse; empty: not known.
+    void build(DepthView depth, WorkerPool &pool, const DepthCorrection &correction = {},
+               ImageView<const std::uint16_t> amplitude = {});
 
     /// What the map was built with.
     const DepthCorrection &correction() const { return correction_; }
@@ -71,7 +73,8 @@ private:
     void measure_noise();
     void find_edges();
     void grow_distance();
-    void smooth(int first_row, int end_row);
+    template <class Weights>
+    void smooth(int first_row, int end_row, const Weights &weights);
     void find_ranges();
 
     Intrinsics camera_;

@@ -36,7 +36,7 @@ const Estimate &KeyframePipeline::measure(const Measurement &measurement) {
         stated_lag_s_ = measurement.lag_s;
         depth_now_ = views_.surface_from_tracking * lag() * motion_.now();
     }
-    arriving_.build(measurement.depth, pool_, registration_.correction());
+    arriving_.build(measurement.depth, pool_, registration_.correction(), measurement.amplitude);
     if (keyframes_.size() > 0)
         register_map();
     if (keyframes_.size() == 0)

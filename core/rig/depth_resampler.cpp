@@ -12,6 +12,12 @@ namespace afterglow {
 namespace {
 
 constexpr int one = 64; ///< parts of a pixel
+
+/// From the upper left of four pixels to the nearest of them.
+std::ptrdiff_t nearest_of(std::uint8_t right, std::uint8_t down, int stride) {
+    return (right >= one / 2 ? 1 : 0) + (down >= one / 2 ? stride : 0);
+}
+
 /// Neighbours that differ by more than this share of the nearer one lie on two surfaces.
 constexpr int surface_share = 24;
 
@@ -68,8 +74,7 @@ int DepthResampler::run(DepthView from, ImageView<const std::uint8_t> from_confi
                     continue;
                 const std::uint16_t *p = from.data() + tap->offset;
                 const int a = p[0], b = p[1], c = p[w], d = p[w + 1];
-                const std::ptrdiff_t nearest =
-                    (tap->right >= one / 2 ? 1 : 0) + (tap->down >= one / 2 ? w : 0);
+                const std::ptrdiff_t nearest = nearest_of(tap->right, tap->down, w);
                 if (p[nearest] == 0)
                     continue;
                 const int near = std::min(std::min(a, b), std::min(c, d));
@@ -91,6 +96,20 @@ int DepthResampler::run(DepthView from, ImageView<const std::uint8_t> from_confi
         covered.fetch_add(count, std::memory_order_relaxed);
     });
     return covered;
+}
+
+void DepthResampler::nearest(ImageView<const std::uint16_t> from,
+                             ImageView<std::uint16_t> to) const {
+    assert(from.width() == from_width_ && from.height() == from_height_ &&
+           from.stride() == from_width_);
+    assert(to.width() == to_width_ && to.height() == to_height_);
+    const Tap *tap = taps_.data();
+    for (int v = 0; v < to_height_; ++v)
+        for (int u = 0; u < to_width_; ++u, ++tap)
+            to(u, v) =
+                tap->offset < 0
+                    ? std::uint16_t{0}
+                    : from.data()[tap->offset + nearest_of(tap->right, tap->down, from_width_)];
 }
 
 TofReadings::TofReadings(const CameraModel &tof, bool range_along_ray)

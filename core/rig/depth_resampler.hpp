@@ -26,6 +26,8 @@ public:
     int run(DepthView from, ImageView<const std::uint8_t> from_confidence,
             ImageView<std::uint16_t> to, ImageView<std::uint8_t> to_confidence,
             WorkerPool &pool) const;
+    /// Each pixel gets the number of the pixel nearest to it, or 0 outside. Sizes as of run().
+    void nearest(ImageView<const std::uint16_t> from, ImageView<std::uint16_t> to) const;
 
 private:
     struct Tap {

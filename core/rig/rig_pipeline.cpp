@@ -36,7 +36,7 @@ RigPipeline::RigPipeline(const KeyframeOptions &options, const RigGeometry &geom
       color_(geometry.rig.color, views.tracking),
       readings_(geometry.rig.tof, geometry.rig.range_along_ray),
       tof_(geometry.rig.tof, pinhole(views.surface)),
-      surface_(views.surface.width, views.surface.height),
+      surface_(views.surface.width, views.surface.height), amplitude_(surface_),
       pipeline_(adapted(options, geometry, views), views, pool),
       published_(pinhole(views.published), geometry.published),
       depth_(geometry.published.pinhole.width, geometry.published.pinhole.height),
@@ -51,6 +51,10 @@ const Estimate &RigPipeline::measure(const Measurement &measurement) {
     tof_.run(z, {}, surface_, {}, pool_);
     Measurement seen = surface_;
     seen.lag_s = measurement.lag_s;
+    if (!measurement.amplitude.empty()) {
+        tof_.nearest(measurement.amplitude, amplitude_);
+        seen.amplitude = amplitude_;
+    }
     publish(pipeline_.measure(seen));
     if (publishes_readings_)
         for (int v = 0; v < z.height(); ++v)

@@ -31,7 +31,8 @@ private:
     LumaResampler color_;
     TofReadings readings_;
     DepthResampler tof_;
-    DepthMap surface_; ///< the measured map as KeyframePipeline takes it
+    DepthMap surface_;               ///< the measured map as KeyframePipeline takes it
+    Image<std::uint16_t> amplitude_; ///< of its light
     KeyframePipeline pipeline_;
     DepthResampler published_;
     DepthMap depth_;

@@ -19,7 +19,8 @@ constexpr std::int64_t ms = 1'000'000;
 struct Coming {
     std::int64_t t_ns;
     std::uint16_t depth_mm = 1500;
-    int hole_columns = 0; ///< without depth, from the left
+    int hole_columns = 0;    ///< without depth, from the left
+    int amplitude_width = 0; ///< 0: it has none; else that of a column is its number
 };
 
 /// A TOF camera that gives what the test has laid out, and remembers how long it was waited for.
@@ -41,6 +42,10 @@ public:
         for (int v = 0; v < height; ++v)
             for (int u = 0; u < width; ++u)
                 frame.depth(u, v) = u < map.hole_columns ? 0 : map.depth_mm;
+        frame.amplitude = Image<std::uint16_t>(map.amplitude_width, height);
+        for (int v = 0; v < height; ++v)
+            for (int u = 0; u < map.amplitude_width; ++u)
+                frame.amplitude(u, v) = static_cast<std::uint16_t>(u);
         return Capture::frame;
     }
     const std::string &problem() const override { return problem_; }
@@ -174,6 +179,28 @@ TEST_CASE("TOF warm-up: a map is accepted when the maximum number has been skipp
         fixture.tof.maps = {{image * 33 * ms, depth}};
         CHECK(fixture.read(image * 33 * ms) == (image < 4 ? Capture::none : Capture::frame));
     }
+}
+
+TEST_CASE("readings of less than the least amplitude are no readings") {
+    Pairing options;
+    options.least_amplitude = 10;
+    Fixture fixture(options);
+    fixture.tof.maps = {{100 * ms, 1500, 0, width}, {133 * ms}};
+    CHECK(fixture.read(100 * ms) == Capture::frame);
+    CHECK(fixture.pairing.depth()(9, 5) == 0);
+    CHECK(fixture.pairing.depth()(10, 5) == 1500);
+    CHECK(fixture.pairing.amplitude()(10, 5) == 10);
+    CHECK(fixture.read(133 * ms) == Capture::frame); // of which no amplitude is known
+    CHECK(fixture.pairing.depth()(9, 5) == 1500);
+    CHECK(fixture.pairing.amplitude().empty());
+}
+
+TEST_CASE("an amplitude of another size than its depth map is damage") {
+    Fixture fixture;
+    fixture.tof.maps = {{100 * ms, 1500, 0, width / 2}, {133 * ms}};
+    CHECK(fixture.read(100 * ms) == Capture::damaged);
+    CHECK(fixture.pairing.problem() == "the amplitude has not the size of its depth map");
+    CHECK(fixture.read(133 * ms) == Capture::frame);
 }
 
 TEST_CASE("depth pairing allocates nothing") {

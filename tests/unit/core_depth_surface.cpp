@@ -97,6 +97,51 @@ TEST_CASE("the depth surface applies the depth correction", "[core]") {
     }
 }
 
+TEST_CASE("readings of little light count less in depth smoothing", "[core]") {
+    // A wall with dark and bright stripes, whose readings are 1 mm noisy at an amplitude of 4000.
+    std::mt19937 random(5);
+    std::normal_distribution<double> noise(0, 1);
+    Image<std::uint16_t> amplitude(camera.width, camera.height);
+    DepthMap map(camera.width, camera.height);
+    for (int v = 0; v < camera.height; ++v)
+        for (int u = 0; u < camera.width; ++u) {
+            amplitude(u, v) = u / 3 % 2 == 0 ? 4000 : 400;
+            map(u, v) = static_cast<std::uint16_t>(
+                std::lround(2000 + 4000.0 / amplitude(u, v) * noise(random)));
+        }
+    WorkerPool pool(2);
+    DepthSurface surface(camera, {});
+    const auto error_mm = [&](ImageView<const std::uint16_t> known) {
+        surface.build(map, pool, {}, known);
+        double sum = 0;
+        for (int v = 3; v < camera.height - 3; ++v)
+            for (int u = 3; u < camera.width - 3; ++u)
+                sum += std::pow(1000 * surface.z()(u, v) - 2000, 2);
+        return std::sqrt(sum / ((camera.width - 6) * (camera.height - 6)));
+    };
+    const double alike = error_mm({}), weighted = error_mm(amplitude);
+    INFO(alike << " mm, weighted " << weighted << " mm");
+    CHECK(weighted < 0.5 * alike);
+    // Where all is equally bright nothing changes.
+    std::ranges::fill(amplitude.pixels(), std::uint16_t{700});
+    CHECK(error_mm(amplitude) == Approx(alike).epsilon(1e-4));
+}
+
+TEST_CASE("a dim surface keeps its depth beside a bright one", "[core]") {
+    const DepthMap map = step();
+    Image<std::uint16_t> amplitude(camera.width, camera.height, std::uint16_t{100});
+    for (int v = 0; v < camera.height; ++v)
+        for (int u = 50; u < camera.width; ++u)
+            amplitude(u, v) = 60000;
+    amplitude(20, 20) = 0; // no light, and depth all the same
+    WorkerPool pool(1);
+    DepthSurface surface(camera, {});
+    surface.build(map, pool, {}, amplitude);
+    for (int v = 0; v < camera.height; ++v)
+        for (int u = 0; u < camera.width; ++u)
+            REQUIRE(surface.z()(u, v) == Approx(u < 50 ? 1 : 2).margin(1e-5));
+}
+
 TEST_CASE("the depth surface finds out how noisy its map is", "[core]") {
     std::mt19937 random(1);
     DepthMap map(camera.width, camera.height);
