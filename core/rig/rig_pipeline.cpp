@@ -19,6 +19,10 @@ KeyframeOptions adapted(KeyframeOptions options, const RigGeometry &geometry, co
     options.error.edge_registration_px *= static_cast<float>(finer);
     options.surface.smooth_radius_px =
         std::clamp(static_cast<int>(std::lround(options.surface.smooth_radius_px * finer)), 0, 8);
+    options.warp.least_edge_distance_px =
+        1 +
+        std::clamp(static_cast<int>(std::lround((options.warp.least_edge_distance_px - 1) * finer)),
+                   0, DepthSurface::far_from_edge - 1);
     if (views.readout_s > 0)
         options.motion.readout_s = static_cast<float>(views.readout_s);
     return options;
