@@ -267,10 +267,9 @@ private:
 
 std::string camera_toml(const CameraModel &camera) {
     const auto &[fx, fy, cx, cy, width, height] = camera.pinhole;
-    std::string text =
-        fmt::format("width = {}\nheight = {}\nmodel = \"{}\"\n"
-                    "fx = {}\nfy = {}\ncx = {}\ncy = {}\n",
-                    width, height, lens_name(camera.lens), fx, fy, cx, cy);
+    std::string text = fmt::format("width = {}\nheight = {}\nmodel = \"{}\"\n"
+                                   "fx = {}\nfy = {}\ncx = {}\ncy = {}\n",
+                                   width, height, lens_name(camera.lens), fx, fy, cx, cy);
     if (camera.lens == Lens::pinhole)
         return text;
     const std::span<const double, 8> k = camera.distortion;
