@@ -177,14 +177,16 @@ TEST_CASE("a frame without depth names no measurement") {
 TEST_CASE("another calibration takes effect without a pause") {
     Fixture fixture;
     fixture.turn();
-    fixture.orders.camera = fixture.cameras.camera;
+    Intrinsics camera = fixture.cameras.camera;
+    fixture.orders.geometry = camera;
     fixture.turn();
     CHECK(fixture.last_event()->frame.calibration == 1); // it is the same
-    fixture.orders.camera->fx += 1;
+    camera.fx += 1;
+    fixture.orders.geometry = camera;
     fixture.turn();
     const auto event = fixture.last_event();
     CHECK(event->frame.calibration == 2);
-    CHECK(event->frame.fx == fixture.orders.camera->fx);
+    CHECK(event->frame.fx == camera.fx);
     CHECK(event->frame.world == 2);                   // with another origin, and so another number
     CHECK(event->frame.source == AFTERGLOW_MEASURED); // depth of the camera before is no use
     CHECK(event->missed == 0);
