@@ -233,10 +233,9 @@ private:
                         "needs rig.calibration, the calibration of both cameras");
             return;
         }
-        for (const char *key : {"color.width", "color.height", "color.fx", "color.fy", "color.cx",
-                                "color.cy", "tof.delay_ms", "motion.readout_s"})
-            if (places_.contains(key))
-                problem(place_of(key), key, "is in the file of rig.calibration, too; leave it out");
+        for (const auto &[key, at] : places_)
+            if (is_of_calibration_file(key))
+                problem(at, key, "is in the file of rig.calibration, too; leave it out");
         if (config_.estimator.method == Method::paper)
             problem(place, "rig.calibration",
                     "preset paper needs depth that is registered to the "
@@ -312,6 +311,13 @@ Result<std::vector<std::string>> drop_ins(const std::string &path) {
 }
 
 } // namespace
+
+bool is_of_calibration_file(std::string_view key) {
+    static constexpr std::string_view keys[] = {"color.width",  "color.height",    "color.fx",
+                                                "color.fy",     "color.cx",        "color.cy",
+                                                "tof.delay_ms", "motion.readout_s"};
+    return std::ranges::find(keys, key) != std::end(keys);
+}
 
 std::optional<RigGeometry> rig_geometry(const Config &config) {
     if (!config.calibration.rig)

@@ -120,6 +120,9 @@ struct Config {
     PowerModel power;
 };
 
+/// A calibration file says what this key says without one; beside it the key is refused.
+bool is_of_calibration_file(std::string_view key);
+
 /// The cameras that the pipeline works for; nothing: the one camera of the colour source.
 std::optional<RigGeometry> rig_geometry(const Config &config);
 

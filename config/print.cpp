@@ -39,10 +39,14 @@ std::string to_toml(Config config) {
         out += fmt::format("\n{}[{}]\n", comment(section.about), section.name);
         for (const Parameter &row : table.rows(section)) {
             const std::string value = toml_value(row), usual = toml_value(*defaults.find(row.key));
-            // Written out, it would override any other profile that somebody chooses here.
+            // Written out, it would override any other profile that somebody chooses here,
             const bool is_profiles =
                 section.name == "sensor" && row.key != "sensor.profile" && value == usual;
-            out += fmt::format("{}{}{} = {} # {}{}\n", comment(row.help), is_profiles ? "# " : "",
+            // or be refused beside the calibration file.
+            const bool is_files =
+                !config.calibration.file.empty() && is_of_calibration_file(row.key);
+            out += fmt::format("{}{}{} = {} # {}{}\n", comment(row.help),
+                               is_profiles || is_files ? "# " : "",
                                row.key.substr(section.name.size() + 1), value, describe(row),
                                value == usual ? "" : fmt::format("; default {}", usual));
         }

@@ -33,7 +33,9 @@ Result<Config> read_configuration(const ConfigurationFiles &files) {
 std::optional<RigGeometry> live_geometry(const Config &running, const Config &read) {
     const ColorDriver driver = running.color.driver;
     const bool is_real = driver == ColorDriver::v4l2 || driver == ColorDriver::libcamera;
-    const RigGeometry before = geometry(running), now = geometry(read);
+    const RigGeometry before = geometry(running);
+    RigGeometry now = geometry(read);
+    now.rig.tof_delay_s = before.rig.tof_delay_s; // maps and images are paired as at the start
     if (!is_real || read.color.driver != driver || before.registered != now.registered ||
         !before.same_sizes(now))
         return std::nullopt;
@@ -41,18 +43,25 @@ std::optional<RigGeometry> live_geometry(const Config &running, const Config &re
 }
 
 std::vector<std::string> restart_needed(Config running, Config read) {
-    const bool calibration_is_live = live_geometry(running, read).has_value();
+    const std::optional<RigGeometry> live = live_geometry(running, read);
     const auto is_live = [&](std::string_view key) {
         return std::any_of(live_prefixes.begin(), live_prefixes.end(),
                            [&](std::string_view prefix) { return key.starts_with(prefix); }) ||
-               (calibration_is_live &&
+               (live &&
                 std::find(calibration.begin(), calibration.end(), key) != calibration.end());
     };
     const ParameterTable before = ParameterTable::of(running);
     const ParameterTable now = ParameterTable::of(read);
+    // A file that says something else is one key, whatever it stands for.
+    const bool has_file = running.calibration.rig || read.calibration.rig;
+    const bool file_waits =
+        live ? !(live->rig == geometry(read).rig) : running.calibration.rig != read.calibration.rig;
     std::vector<std::string> keys;
     for (const Parameter &row : before.rows())
-        if (!is_live(row.key) && toml_value(row) != toml_value(*now.find(row.key)))
+        if (row.key == "rig.calibration" && file_waits)
+            keys.emplace_back(row.key);
+        else if (!is_live(row.key) && !(has_file && is_of_calibration_file(row.key)) &&
+                 toml_value(row) != toml_value(*now.find(row.key)))
             keys.emplace_back(row.key);
     return keys;
 }

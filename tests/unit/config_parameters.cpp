@@ -151,8 +151,9 @@ TEST_CASE("a printed configuration loads again to the same configuration") {
         const Allowed &allowed = row.allowed;
         const std::string before = toml_value(row);
         INFO(row.key);
-        if (row.key.ends_with(".driver"))
-            continue; // they need each other
+        if (row.key.ends_with(".driver") || row.key == "rig.calibration" ||
+            row.key == "published.camera")
+            continue; // they need each other, or a file
         if (auto *const *flag = std::get_if<bool *>(&row.field))
             **flag = !**flag;
         else if (!allowed.choices.empty())
