@@ -2,10 +2,13 @@
 #include "daemon/capture_session.hpp"
 #include "tests/catch.hpp"
 #include "tests/fake_cameras.hpp"
+#include "tests/test_rig.hpp"
 
 #include <sys/eventfd.h>
 
+#include <algorithm>
 #include <optional>
+#include <utility>
 
 using namespace afterglow;
 using namespace std::chrono_literals;
@@ -19,10 +22,22 @@ Config configured(bool run_without_readers = false) {
     return config;
 }
 
+/// Two cameras of two sizes, of which one is published.
+Config configured(PublishedCamera published) {
+    Config config;
+    config.calibration.rig = testing::test_rig();
+    config.published = {published, {90, 91, 49.5, 29.5, 100, 60}};
+    return config;
+}
+
 /// A session on fake cameras and a clock that the test moves.
 struct Fixture {
     explicit Fixture(const Config &config = configured())
-        : session(rig, config, pool, *ring, *streams, outbox) {}
+        : Fixture(config, rig_geometry(config).value_or(RigGeometry(FakeCameras().camera))) {}
+    Fixture(const Config &config, const RigGeometry &geometry)
+        : cameras{.camera = geometry.rig.color.pinhole},
+          ring(std::move(*RingWriter::create(geometry.published.pinhole, cameras.camera, 2))),
+          session(rig, config, pool, *ring, *streams, outbox) {}
 
     /// One turn, `later` after the one before.
     std::chrono::nanoseconds turn(std::chrono::nanoseconds later = 33ms) {
@@ -42,7 +57,7 @@ struct Fixture {
     Rig rig = cameras.rig();
     WorkerPool pool{1};
     Outbox outbox{UniqueFd(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC))};
-    std::unique_ptr<RingWriter> ring = std::move(*RingWriter::create(cameras.camera, 2));
+    std::unique_ptr<RingWriter> ring;
     std::unique_ptr<StreamNotifier> streams = std::move(*StreamNotifier::create(*ring));
     CaptureSession session;
     Orders orders = {.policy = {}, .run = true};
@@ -191,6 +206,47 @@ TEST_CASE("another calibration takes effect without a pause") {
     CHECK(event->frame.source == AFTERGLOW_MEASURED); // depth of the camera before is no use
     CHECK(event->missed == 0);
     CHECK(fixture.cameras.color_start_count == 1);
+}
+
+TEST_CASE("depth of two cameras is published in the view of the chosen one, lens included") {
+    const RigCalibration rig = testing::test_rig();
+    const auto [published, camera] = GENERATE_COPY(table<PublishedCamera, CameraModel>(
+        {{PublishedCamera::color, rig.color},
+         {PublishedCamera::tof, rig.tof},
+         {PublishedCamera::pinhole, {.pinhole = {90, 91, 49.5, 29.5, 100, 60}}}}));
+    Fixture fixture(configured(published));
+    fixture.turn();
+    const auto event = fixture.last_event();
+    REQUIRE(event);
+    const afterglow_frame &frame = event->frame;
+    CHECK(frame.source == AFTERGLOW_MEASURED);
+    CHECK(frame.coverage > 20); // the other two see more than the TOF camera
+    CHECK(frame.fx == camera.pinhole.fx);
+    CHECK(frame.fy == camera.pinhole.fy);
+    CHECK(frame.cx == camera.pinhole.cx);
+    CHECK(frame.cy == camera.pinhole.cy);
+    CHECK(frame.lens == static_cast<std::uint32_t>(camera.lens));
+    CHECK(std::equal(camera.distortion.begin(), camera.distortion.end(), frame.distortion));
+    fixture.turn();
+    CHECK(fixture.last_event()->frame.source == AFTERGLOW_ESTIMATED);
+}
+
+TEST_CASE("another calibration of two cameras takes effect without a pause") {
+    const Config config = configured(PublishedCamera::tof);
+    Fixture fixture(config);
+    fixture.turn();
+    RigCalibration better = *config.calibration.rig;
+    better.tof.distortion[0] = -0.08;
+    fixture.orders.geometry = RigGeometry(better, better.tof, better.tof_from_color);
+    fixture.turn();
+    const auto event = fixture.last_event();
+    CHECK(event->frame.calibration == 2);
+    CHECK(event->frame.distortion[0] == -0.08);
+    CHECK(event->frame.world == 2);
+    CHECK(event->frame.source == AFTERGLOW_MEASURED);
+    CHECK(fixture.cameras.color_start_count == 1);
+    fixture.turn();
+    CHECK(fixture.last_event()->frame.calibration == 2);
 }
 
 TEST_CASE("both cameras can be lost at once, and each says why") {
