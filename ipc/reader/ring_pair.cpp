@@ -13,7 +13,8 @@ constexpr std::uint64_t not_in_use = std::numeric_limits<std::uint64_t>::max();
 
 bool is_camera(const afterglow_frame &frame) {
     return std::isfinite(frame.fx) && frame.fx > 0 && std::isfinite(frame.fy) && frame.fy > 0 &&
-           std::isfinite(frame.cx) && std::isfinite(frame.cy);
+           std::isfinite(frame.cx) && std::isfinite(frame.cy) &&
+           std::ranges::all_of(frame.distortion, [](double k) { return std::isfinite(k); });
 }
 
 bool same_planes(const RingView &one, const RingView &other) {

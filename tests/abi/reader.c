@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: Apache-2.0 */
 /*
- * reader known|unknown: reads three frames of abi_writer from the stream that is descriptor 3, and
- * says on descriptor 4 when it is open. Every struct is followed by bytes that the library must
- * leave alone. "known": the fields of the grown headers have values; otherwise they are zeros.
+ * reader MINOR: reads three frames of abi_writer from the stream that is descriptor 3, and says on
+ * descriptor 4 when it is open. Every struct is followed by bytes that the library must leave
+ * alone. Fields up to version 2.MINOR have values; later ones are zeros.
  */
 #include "afterglow/afterglow.h"
 
 #include <errno.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -56,7 +57,7 @@ static int check_stream(const struct afterglow_stream *stream) {
     return 0;
 }
 
-static int check_frame(const struct afterglow_frame *frame, uint64_t index, int new_fields) {
+static int check_frame(const struct afterglow_frame *frame, uint64_t index, int minor) {
     CHECK(frame->size == sizeof *frame);
     CHECK(frame->index == index);
     CHECK(frame->sequence == index + 100);
@@ -70,16 +71,20 @@ static int check_frame(const struct afterglow_frame *frame, uint64_t index, int 
     CHECK(frame->fx == 500 && frame->fy == 501 && frame->cx == 16 && frame->cy == 3);
     for (int i = 0; i < 12; ++i)
         CHECK(frame->world_from_camera[i] == i && frame->camera_from_measurement[i] == -i);
-#ifdef GROWN
-    CHECK(frame->grown[0] == (new_fields ? 1.25 : 0));
-    CHECK(frame->grown[2] == (new_fields ? 3.75 : 0));
-#else
-    (void)new_fields;
+#if AFTERGLOW_RING_MINOR >= 1
+    CHECK(frame->lens == (minor >= 1 ? AFTERGLOW_LENS_KANNALA_BRANDT : 0));
+    CHECK(frame->distortion[0] == (minor >= 1 ? 0.25 : 0));
+    CHECK(frame->distortion[7] == (minor >= 1 ? -0.5 : 0));
 #endif
+#ifdef GROWN
+    CHECK(frame->grown[0] == (minor >= AFTERGLOW_RING_MINOR ? 1.25 : 0));
+    CHECK(frame->grown[2] == (minor >= AFTERGLOW_RING_MINOR ? 3.75 : 0));
+#endif
+    (void)minor; /* programs of 2.0 have none of them */
     return 0;
 }
 
-static int check_frames(struct afterglow_stream *stream, int new_fields) {
+static int check_frames(struct afterglow_stream *stream, int minor) {
     uint16_t depth[width * height];
     uint8_t confidence[width * height];
     const struct afterglow_buffer want[] = {
@@ -91,7 +96,7 @@ static int check_frames(struct afterglow_stream *stream, int new_fields) {
         PREPARE(frame);
         CHECK(afterglow_read(stream, index, &frame.value, want, 2) == 0);
         CHECK(is_untouched(frame.guard));
-        if (check_frame(&frame.value, index, new_fields) != 0)
+        if (check_frame(&frame.value, index, minor) != 0)
             return 1;
         for (int i = 0; i < width * height; ++i)
             CHECK(depth[i] == 1000 * (index + 1) && confidence[i] == index + 1);
@@ -106,7 +111,7 @@ static int check_frames(struct afterglow_stream *stream, int new_fields) {
 int main(int argc, char **argv) {
     if (argc != 2)
         return 2;
-    const int new_fields = strcmp(argv[1], "known") == 0;
+    const int minor = atoi(argv[1]);
     GUARDED(afterglow_options) options;
     memset(&options, 0, sizeof options);
     options.value.size = sizeof options.value;
@@ -115,7 +120,7 @@ int main(int argc, char **argv) {
     CHECK(afterglow_open(&options.value, &stream) == -ENOENT);
     CHECK(afterglow_open_fd(3, &stream) == 0);
     CHECK(write(4, "o", 1) == 1);
-    const int failed = check_stream(stream) != 0 || check_frames(stream, new_fields) != 0;
+    const int failed = check_stream(stream) != 0 || check_frames(stream, minor) != 0;
     afterglow_close(stream);
     return failed;
 }

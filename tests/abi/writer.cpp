@@ -46,6 +46,11 @@ afterglow_frame frame_of(std::uint64_t index) {
         frame.world_from_camera[i] = i;
         frame.camera_from_measurement[i] = -i;
     }
+#if AFTERGLOW_RING_MINOR >= 1
+    frame.lens = AFTERGLOW_LENS_KANNALA_BRANDT;
+    frame.distortion[0] = 0.25;
+    frame.distortion[7] = -0.5;
+#endif
 #ifdef GROWN
     frame.grown[0] = 1.25;
     frame.grown[2] = 3.75;
