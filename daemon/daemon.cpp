@@ -173,8 +173,11 @@ Result<std::vector<std::string>> Daemon::reload() {
         ::sd_notify(0, "READY=1");
         return config.error();
     }
-    if (const auto geometry = live_geometry(config_, *config))
+    if (const auto geometry = live_geometry(config_, *config)) {
         thread_->set_geometry(*geometry);
+        if (!geometry->registered)
+            service_.set_calibration(geometry->rig);
+    }
     thread_->set_linger(config->daemon.linger_s);
     service_.configure(*config);
     const std::vector<std::string> keys = restart_needed(config_, *config);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ipc/bus/service.hpp"
 
+#include "config/calibration_file.hpp"
 #include "core/base/printable.hpp"
 #include "ipc/bus/call_rights.hpp"
 #include "ipc/bus/errors.hpp"
@@ -62,6 +63,7 @@ DepthService::DepthService(sd_event *event, const BusOptions &bus, const Config 
                            ServiceControl &control)
     : control_(control), streams_(streams), policy_file_(std::move(policy_file)),
       access_(config.access), policy_(config), effective_(config.gate),
+      calibration_(config.calibration.rig ? calibration_toml(*config.calibration.rig) : ""),
       properties_signal_(event, [this] { announce_properties(); }),
       gate_signal_(event, [this] { announce_gate(); }),
       requests_signal_(event, [this] { announce_requests(); }),
@@ -113,6 +115,12 @@ void DepthService::configure(const Config &config) {
         },
         EACCES);
     control_.set_claims(streams_.count());
+}
+
+void DepthService::set_calibration(const RigCalibration &rig) {
+    std::string text = calibration_toml(rig);
+    if (std::exchange(calibration_, std::move(text)) != calibration_)
+        changed("Calibration");
 }
 
 void DepthService::frame_published(const FrameEvent &event) {

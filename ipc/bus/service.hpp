@@ -54,6 +54,9 @@ public:
     /// Other rights, another policy. Ends the streams and requests of those who have lost a right.
     void configure(const Config &config);
 
+    /// Other calibration of two cameras, which holds from now on.
+    void set_calibration(const RigCalibration &rig);
+
     void frame_published(const FrameEvent &event);
     void cameras_changed(CameraStates cameras);
     void camera_lost(Camera camera, std::string_view reason);
@@ -94,6 +97,7 @@ private:
     std::string_view tof_camera() const { return to_string(situation_.cameras.tof); }
     double estimated_power() const { return statistics_.estimated_power(policy_.power()); }
     std::uint32_t open_streams() const { return static_cast<std::uint32_t>(streams_.count()); }
+    std::string_view calibration() const { return calibration_; }
     std::string_view version() const;
     struct Vtable;
     static const sd_bus_vtable *vtable();
@@ -106,6 +110,7 @@ private:
     GatePolicy effective_; ///< policy_, with the requests
     Statistics statistics_;
     Situation situation_;
+    std::string calibration_; ///< as a file; "": depth is registered
     bool budget_spent_ = false;
     std::array<std::string, 2> lost_because_; ///< of each Camera
     std::map<std::uint64_t, std::shared_ptr<const Caller>> stream_owners_;

@@ -121,6 +121,7 @@ std::vector<sd_bus_vtable> DepthService::Vtable::make() {
         SD_BUS_PROPERTY("State", "s", get<&Service::state>, 0, announced),
         SD_BUS_PROPERTY("ColorCamera", "s", get<&Service::color_camera>, 0, announced),
         SD_BUS_PROPERTY("TofCamera", "s", get<&Service::tof_camera>, 0, announced),
+        SD_BUS_PROPERTY("Calibration", "s", get<&Service::calibration>, 0, announced),
         SD_BUS_PROPERTY("FramesPublished", "t", count<&Statistics::published>, 0, 0),
         SD_BUS_PROPERTY("FramesMeasured", "t", count<&Statistics::measured>, 0, 0),
         SD_BUS_PROPERTY("FramesEstimated", "t", count<&Statistics::estimated>, 0, 0),

@@ -60,6 +60,7 @@ const std::vector<FakeProperty> &FakeService::properties_at_start() {
         {"State", 's', false, "running"},
         {"ColorCamera", 's', false, "running"},
         {"TofCamera", 's', false, "running"},
+        {"Calibration", 's', false, ""},
         {"FramesPublished", 't', false, std::uint64_t{1000}},
         {"FramesMeasured", 't', false, std::uint64_t{100}},
         {"FramesEstimated", 't', false, std::uint64_t{890}},

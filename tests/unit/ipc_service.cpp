@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // The service on a bus of its own, asked by clients with connections of theirs.
+#include "config/calibration_file.hpp"
 #include "tests/bus_service.hpp"
+#include "tests/test_rig.hpp"
 
 #include <sys/poll.h>
 
@@ -197,6 +199,50 @@ TEST_CASE("the D-Bus service tells of cameras that are lost and found", "[ipc]")
     }
     CHECK(heard == std::vector<std::string>{"CameraLost tof no maps", "CameraLost color unplugged",
                                             "CameraFound color ", "CameraFound tof "});
+}
+
+TEST_CASE("the D-Bus service tells the calibration of two cameras, and when it changes", "[ipc]") {
+    const auto calibration = [](BusService &daemon) {
+        return daemon.serve([&] { return Client(daemon.bus.address()).get_string("Calibration"); });
+    };
+    BusService registered;
+    CHECK(calibration(registered).empty());
+
+    Config config = open_to_all();
+    config.calibration.rig = testing::test_rig();
+    BusService daemon(config);
+    const Result<RigCalibration> told = parse_calibration(calibration(daemon), "D-Bus");
+    REQUIRE(told);
+    CHECK(told->color == config.calibration.rig->color);
+    CHECK(told->tof == config.calibration.rig->tof);
+
+    Client listener(daemon.bus.address());
+    std::vector<std::string> heard;
+    REQUIRE(sd_bus_match_signal(
+                listener.bus.get(), nullptr, name, path, "org.freedesktop.DBus.Properties",
+                "PropertiesChanged",
+                [](sd_bus_message *message, void *list, sd_bus_error *) {
+                    const char *property = "";
+                    const char *text = "";
+                    sd_bus_message_skip(message, "s");
+                    if (sd_bus_message_enter_container(message, 'a', "{sv}") > 0 &&
+                        sd_bus_message_enter_container(message, 'e', "sv") > 0 &&
+                        sd_bus_message_read(message, "sv", &property, "s", &text) > 0)
+                        static_cast<std::vector<std::string> *>(list)->push_back(
+                            std::string(property) + " " + text);
+                    return 0;
+                },
+                &heard) >= 0);
+    daemon.service.set_calibration(*config.calibration.rig); // no change
+    config.calibration.rig->tof_from_color.T.x() = 0.05;
+    daemon.service.set_calibration(*config.calibration.rig);
+    daemon.run_until([&] {
+        while (sd_bus_process(listener.bus.get(), nullptr) > 0) {
+        }
+        return !heard.empty();
+    });
+    CHECK(heard == std::vector{"Calibration " + calibration_toml(*config.calibration.rig)});
+    CHECK(calibration(daemon) == calibration_toml(*config.calibration.rig));
 }
 
 TEST_CASE("the D-Bus service announces each change of the gate, and many at once as one", "[ipc]") {
