@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // afterglowctl on the daemon itself: what a fake service has not got.
+#include "config/calibration_file.hpp"
 #include "tests/catch.hpp"
 #include "tests/served.hpp"
+#include "tests/test_rig.hpp"
 
 #include <csignal>
 #include <filesystem>
@@ -15,9 +17,11 @@ namespace {
 
 using Json = nlohmann::json;
 
-const std::string small_room = "color.driver = \"synthetic\"\ntof.driver = \"synthetic\"\n"
-                               "illuminator.driver = \"synthetic\"\n"
-                               "[synthetic]\nwidth = 160\nheight = 120\nfps = 100\n";
+using afterglow::RigCalibration;
+
+const std::string drivers = "color.driver = \"synthetic\"\ntof.driver = \"synthetic\"\n"
+                            "illuminator.driver = \"synthetic\"\n";
+const std::string small_room = drivers + "[synthetic]\nwidth = 160\nheight = 120\nfps = 100\n";
 
 Json json_of(const Served &served, std::vector<std::string> arguments) {
     arguments.emplace_back("--json");
@@ -150,4 +154,42 @@ TEST_CASE("afterglowctl reloads the daemon, and a wrong configuration changes no
     CHECK(served.ctl({"log-level", "debug"}).code == 0);
     CHECK(served.ctl({"log-level"}).output == "debug\n");
     CHECK(served.ctl({"log-level", "loud"}).code == 1);
+}
+
+TEST_CASE("afterglowctl calibration shows the cameras that the daemon works with") {
+    const Served registered(small_room);
+    const Ended none = registered.ctl({"calibration", "show"});
+    CHECK(none.code == 1);
+    CHECK(none.errors == "afterglowctl: afterglowd works without a calibration file: depth is "
+                         "registered to the colour camera\n");
+
+    const TemporaryFolder folder;
+    const RigCalibration rig = afterglow::testing::test_rig();
+    const std::string file = folder.write("rig.toml", afterglow::calibration_toml(rig));
+    const Served served("rig.calibration = \"" + file + "\"\npublished.camera = \"tof\"\n" +
+                        drivers + "[synthetic]\nfps = 100\n");
+    CHECK(json_of(served, {"calibration", "show"}) ==
+          json_of(served, {"calibration", "show", file}));
+    CHECK(served.ctl({"calibration", "show"}).output ==
+          served.ctl({"calibration", "show", file}).output);
+    const Ended unused = served.ctl({"calibration", "show", "--invert"});
+    CHECK(unused.code == 2); // of files
+    CHECK(served.ctl({"stats"}).output.find("Calibration") == std::string::npos);
+    // Frames come, of the TOF camera's size.
+    const Json shot = json_of(served, {"snapshot", served.folder / "shot.pgm"});
+    CHECK(shot["frame"]["source"] != "none");
+    CHECK(served.folder.read("shot.pgm").substr(0, 9) == "P5\n64 48\n");
+    CHECK(served.ctl({"snapshot", served.folder / "shot.png"}).code == 0); // image and depth
+    const std::string picture = served.folder.read("shot.png");
+    REQUIRE(picture.size() > 24);
+    CHECK(static_cast<unsigned char>(picture[19]) + 256 * static_cast<unsigned char>(picture[18]) >
+          rig.color.pinhole.width + rig.tof.pinhole.width);
+    CHECK(picture[23] == rig.color.pinhole.height); // the larger of both
+
+    // Simulated cameras stay as they are until a restart, and so does what is told of them.
+    RigCalibration other = rig;
+    other.tof.pinhole.fx = 70;
+    folder.write("rig.toml", afterglow::calibration_toml(other));
+    CHECK(json_of(served, {"reload"})["restart_needed"] == Json{"rig.calibration"});
+    CHECK(json_of(served, {"calibration", "show"})["tof"]["fx"] == rig.tof.pinhole.fx);
 }

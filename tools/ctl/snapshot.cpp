@@ -38,8 +38,9 @@ struct Shot {
 /// The first frame with depth, or the last of some without when none comes. With the image for a
 /// PNG.
 Result<Shot> take(Stream &stream, Format format) {
-    const auto [width, height] = stream.size();
-    Shot shot{format == Format::png ? Luma(width, height) : Luma(), DepthMap(width, height), {}};
+    const auto [width, height] = stream.size(AFTERGLOW_PLANE_DEPTH);
+    const auto [image_width, image_height] = stream.size(AFTERGLOW_PLANE_LUMA);
+    Shot shot{Luma(image_width, image_height), DepthMap(width, height), {}};
     std::vector<afterglow_buffer> buffers = {
         {AFTERGLOW_PLANE_DEPTH, 0, shot.depth.pixels().data(), shot.depth.pixels().size_bytes()}};
     if (format == Format::png)
@@ -56,20 +57,22 @@ Result<Shot> take(Stream &stream, Format format) {
 
 /// The image on the left, its depth in colours, and the scale of the colours on the right.
 Image<Rgb> draw(const Shot &shot) {
-    const int width = shot.luma.width();
-    const int height = shot.luma.height();
+    const int height = std::max(shot.luma.height(), shot.depth.height());
     const DepthRange range = depth_range(shot.depth);
     const Image<Rgb> colors = color_depth(shot.depth, range);
     const Image<Rgb> scale = depth_scale(range, height);
-    Image<Rgb> picture(2 * (width + gap_px) + scale.width(), height, Rgb{255, 255, 255});
-    for (int v = 0; v < height; ++v) {
-        Rgb *row = picture.row(v);
-        std::transform(shot.luma.row(v), shot.luma.row(v) + width, row, [](std::uint8_t grey) {
-            return Rgb{grey, grey, grey};
-        });
-        std::copy_n(colors.row(v), width, row + width + gap_px);
-        std::copy_n(scale.row(v), scale.width(), row + 2 * (width + gap_px));
-    }
+    const int colors_at = shot.luma.width() + gap_px;
+    const int scale_at = colors_at + colors.width() + gap_px;
+    Image<Rgb> picture(scale_at + scale.width(), height, Rgb{255, 255, 255});
+    for (int v = 0; v < shot.luma.height(); ++v)
+        std::transform(shot.luma.row(v), shot.luma.row(v) + shot.luma.width(), picture.row(v),
+                       [](std::uint8_t grey) {
+                           return Rgb{grey, grey, grey};
+                       });
+    for (int v = 0; v < colors.height(); ++v)
+        std::copy_n(colors.row(v), colors.width(), picture.row(v) + colors_at);
+    for (int v = 0; v < height; ++v)
+        std::copy_n(scale.row(v), scale.width(), picture.row(v) + scale_at);
     return picture;
 }
 

@@ -21,7 +21,7 @@ Result<int> show(const Settings &settings, bool reset) {
     if (settings.json)
         return print_json(scalars(*properties));
     for (const auto &[name, value] : properties->items())
-        if (value.is_primitive())
+        if (value.is_primitive() && name != "Calibration") // a file: `calibration show`
             fmt::print("{:<20} {}\n", name, with_unit(value, unit(name)));
     return 0;
 }

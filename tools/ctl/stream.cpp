@@ -31,10 +31,11 @@ Result<Stream> Stream::open(const std::string &bus, Planes planes) {
     return Stream(stream);
 }
 
-Stream::Size Stream::size() const {
-    afterglow_info info = {};
+Stream::Size Stream::size(afterglow_plane_kind plane) const {
+    afterglow_plane_info info = {};
     info.size = sizeof info;
-    afterglow_get_info(stream_.get(), &info);
+    if (afterglow_get_plane_info(stream_.get(), plane, &info) < 0)
+        return {0, 0};
     return {static_cast<int>(info.width), static_cast<int>(info.height)};
 }
 

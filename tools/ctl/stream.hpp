@@ -24,8 +24,8 @@ public:
         int width;
         int height;
     };
-    /// Of all planes, pixels.
-    Size size() const;
+    /// Of a plane, pixels: images may have another size than depth. 0 x 0: there is no such plane.
+    Size size(afterglow_plane_kind plane) const;
     /// Waits for the newest frame that has not been read and copies it out.
     Result<afterglow_frame> next(std::span<const afterglow_buffer> buffers = {});
     std::uint64_t skipped() const { return afterglow_skipped(stream_.get()); }

@@ -7,12 +7,12 @@
 
 namespace afterglow {
 
-Result<int> check_calibration(const RigFiles &files, bool json) {
+Result<int> check_calibration(const RigFiles &files, const Settings &settings) {
     const Result<PartialRig> rig = read_rig(files);
     if (!rig)
         return rig.error();
     const std::vector<std::string> found = suspicions(*rig);
-    if (json) {
+    if (settings.json) {
         if (const Result<int> printed = print_json({{"suspicious", found}}); !printed)
             return printed;
     } else {

@@ -11,13 +11,14 @@
 namespace afterglow {
 namespace {
 
-/// What all verbs have.
-std::shared_ptr<RigFiles> declare_files(CLI::App &app) {
+/// What all verbs have. Without files all other options are refused.
+std::shared_ptr<RigFiles> declare_files(CLI::App &app, bool required) {
     auto files = std::make_shared<RigFiles>();
-    app.add_option("FILE", files->paths,
-                   "of OpenCV, ROS, Kalibr or afterglow: cameras, and where they are")
-        ->type_name("")
-        ->required();
+    CLI::Option *paths =
+        app.add_option("FILE", files->paths,
+                       required ? "of OpenCV, ROS, Kalibr or afterglow: cameras, and where they are"
+                                : "such files; if not given, what the running afterglowd uses");
+    paths->type_name("")->required(required);
     app.add_option("--color", files->color, "the colour camera: its name or its file")
         ->type_name("NAME");
     app.add_option("--tof", files->tof, "the TOF camera: its name or its file")->type_name("NAME");
@@ -36,27 +37,31 @@ std::shared_ptr<RigFiles> declare_files(CLI::App &app) {
         ->type_name("UNIT");
     app.add_flag("--invert", files->invert,
                  "R and T take points of the TOF camera to the colour one");
+    for (CLI::Option *option : app.get_options())
+        if (option != paths && option != app.get_help_ptr())
+            option->needs(paths);
     return files;
 }
 
-template <auto verb>
+template <auto verb, bool files_required>
 Action declare_verb(CLI::App &app, const Settings &settings) {
-    return [&settings, files = declare_files(app)] { return verb(*files, settings.json); };
+    return
+        [&settings, files = declare_files(app, files_required)] { return verb(*files, settings); };
 }
 
 Action declare_convert(CLI::App &app, const Settings &settings) {
-    const auto files = declare_files(app);
+    const auto files = declare_files(app, true);
     const auto path = std::make_shared<std::string>();
     app.add_option("-o,--output", *path, "a new file; stdout if not given")->type_name("FILE");
-    return [&settings, files, path] { return convert_calibration(*files, *path, settings.json); };
+    return [&settings, files, path] { return convert_calibration(*files, *path, settings); };
 }
 
 } // namespace
 
 Action declare_calibration(CLI::App &app, const Settings &settings) {
     static constexpr Command commands[] = {
-        {"show", "both cameras and where they are", declare_verb<show_calibration>},
-        {"check", "what is suspicious in it", declare_verb<check_calibration>},
+        {"show", "both cameras and where they are", declare_verb<show_calibration, false>},
+        {"check", "what is suspicious in it", declare_verb<check_calibration, true>},
         {"convert", "make the file that the daemon reads", declare_convert},
     };
     return declare_commands(app, commands, settings);

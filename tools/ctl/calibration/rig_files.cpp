@@ -132,16 +132,8 @@ Result<std::optional<Pose>> pose_of(const Roles &roles,
     return pose;
 }
 
-} // namespace
-
-Result<PartialRig> read_rig(const RigFiles &files) {
-    std::vector<FoundCalibration> found;
-    for (const std::string &path : files.paths) {
-        Result<FoundCalibration> calibration = read_calibration(path, files.hints);
-        if (!calibration)
-            return calibration.error();
-        found.push_back(*std::move(calibration));
-    }
+/// `files` says which camera is which.
+Result<PartialRig> put_together(const std::vector<FoundCalibration> &found, const RigFiles &files) {
     const std::vector<Candidate> candidates = candidates_of(found);
     if (candidates.empty())
         return Error{"no file has a camera", EINVAL};
@@ -170,6 +162,26 @@ Result<PartialRig> read_rig(const RigFiles &files) {
             rig.tof_from_color = rig.tof_from_color->inverse();
     }
     return rig;
+}
+
+} // namespace
+
+Result<PartialRig> read_rig(const RigFiles &files) {
+    std::vector<FoundCalibration> found;
+    for (const std::string &path : files.paths) {
+        Result<FoundCalibration> calibration = read_calibration(path, files.hints);
+        if (!calibration)
+            return calibration.error();
+        found.push_back(*std::move(calibration));
+    }
+    return put_together(found, files);
+}
+
+Result<PartialRig> parse_rig(const std::string &text, const std::string &path) {
+    Result<FoundCalibration> calibration = parse_found_calibration(text, path, {});
+    if (!calibration)
+        return calibration.error();
+    return put_together({*std::move(calibration)}, {});
 }
 
 double delay_s(const PartialRig &rig) {

@@ -31,6 +31,8 @@ struct PartialRig {
 /// Reads the files. Errors: a file is wrong, or it is not clear which camera is which; the message
 /// is for the person who named the files.
 Result<PartialRig> read_rig(const RigFiles &files);
+/// The same of one file's text; `path` stands in messages.
+Result<PartialRig> parse_rig(const std::string &text, const std::string &path);
 
 /// RigCalibration::tof_delay_s; of both cameras.
 double delay_s(const PartialRig &rig);

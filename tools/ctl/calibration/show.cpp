@@ -2,10 +2,12 @@
 #include "config/calibration_file.hpp"
 #include "tools/ctl/calibration/rig_figures.hpp"
 #include "tools/ctl/calibration/verbs.hpp"
+#include "tools/ctl/daemon.hpp"
 #include "tools/ctl/json.hpp"
 
 #include <fmt/format.h>
 
+#include <cerrno>
 #include <cstddef>
 #include <numbers>
 
@@ -101,13 +103,31 @@ void print(const PartialRig &rig) {
                       100 * share_outside(rig.color->model, rig.tof->model, *rig.tof_from_color)));
 }
 
+/// What the running daemon works with.
+Result<PartialRig> ask_daemon(const std::string &bus) {
+    Result<Daemon> daemon = Daemon::connect(bus);
+    if (!daemon)
+        return daemon.error();
+    const Result<Json> properties = daemon->properties();
+    if (!properties)
+        return properties.error();
+    const auto calibration = properties->find("Calibration");
+    if (calibration == properties->end() || !calibration->is_string())
+        return Error{"this afterglowd does not tell its calibration", ENODATA};
+    if (calibration->get<std::string>().empty())
+        return Error{"afterglowd works without a calibration file: depth is registered to the "
+                     "colour camera",
+                     ENODATA};
+    return parse_rig(*calibration, "afterglowd");
+}
+
 } // namespace
 
-Result<int> show_calibration(const RigFiles &files, bool json) {
-    const Result<PartialRig> rig = read_rig(files);
+Result<int> show_calibration(const RigFiles &files, const Settings &settings) {
+    const Result<PartialRig> rig = files.paths.empty() ? ask_daemon(settings.bus) : read_rig(files);
     if (!rig)
         return rig.error();
-    if (json)
+    if (settings.json)
         return print_json(json_of(*rig));
     print(*rig);
     return 0;

@@ -3,6 +3,7 @@
 
 #include "core/base/result.hpp"
 #include "tools/ctl/calibration/rig_files.hpp"
+#include "tools/ctl/command.hpp"
 
 #include <string>
 
@@ -10,11 +11,12 @@ namespace afterglow {
 
 // What `afterglowctl calibration` does, writing to stdout. They give the program's exit status.
 
-/// Prints what the files say.
-Result<int> show_calibration(const RigFiles &files, bool json);
+/// Prints what the files say; without files, what the daemon works with.
+Result<int> show_calibration(const RigFiles &files, const Settings &settings);
 /// Prints what is suspicious in it; then the status is 1.
-Result<int> check_calibration(const RigFiles &files, bool json);
+Result<int> check_calibration(const RigFiles &files, const Settings &settings);
 /// Writes the daemon's calibration file, which must be new; to stdout if `path` is empty.
-Result<int> convert_calibration(const RigFiles &files, const std::string &path, bool json);
+Result<int> convert_calibration(const RigFiles &files, const std::string &path,
+                                const Settings &settings);
 
 } // namespace afterglow
