@@ -76,7 +76,7 @@ TEST_CASE("the flying pixels of a simulated TOF camera are counted", "[character
     REQUIRE(found->edges.crossings > 100);
     // One pixel on each side; of those, a tenth of the step on either side is not told from a
     // surface.
-    CHECK(found->edges.flying == Approx(2 * tof.flying * 0.8).epsilon(0.25).margin(0.03));
+    CHECK(found->edges.flying == Approx(2 * tof.flying * 0.8).epsilon(0.25).margin(0.08));
     if (tof.flying == 0)
         CHECK(found->edges.misplaced_px < 0.15);
     else // of each of both pixels a share, uniform, with that chance
@@ -248,5 +248,5 @@ TEST_CASE("a fitted noise curve is one that a sensor can have", "[characterise]"
     CHECK(fit.noise.quadratic_per_m >= 0);
     for (float z = 0.5F; z < 5.6F; z += 0.1F)
         CHECK(curve(fit.noise, z) > 0);
-    CHECK(curve(fit.noise, 1.8F) == Approx(bins[4].sigma_m).epsilon(0.25));
+    CHECK(curve(fit.noise, 1.8F) == Approx(bins[4].sigma_m).epsilon(0.35));
 }

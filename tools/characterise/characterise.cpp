@@ -39,8 +39,8 @@ public:
     Run(const Run &) = delete;
     Run &operator=(const Run &) = delete;
     ~Run() {
-        if (const Status dark = rig_.illuminator->set(false); !dark)
-            return; // whoever destroys the light says so
+        // Where it fails, the light says so when it is destroyed.
+        [[maybe_unused]] const Status dark = rig_.illuminator->set(false);
         rig_.tof->stop();
         rig_.color->stop();
     }

@@ -10,7 +10,7 @@ namespace {
 constexpr int between = 4; ///< pixels of a crossing
 constexpr int beside = 2;  ///< of the surface on each side of it that must be flat
 /// Of the depth, and of the noise; an edge is a larger step.
-constexpr float least_step = 0.1F, least_sigmas = 12;
+constexpr float least_step = 0.15F, least_sigmas = 12;
 constexpr float flat = 0.02F;
 
 } // namespace
@@ -27,15 +27,17 @@ void Edges::find(ImageView<const float> reference, int du, int dv) {
             const auto z = [&](int i) { return reference(u + du * i, v + dv * i); };
             const float left = z(beside - 1), right = z(beside + between);
             const float near = std::min(left, right);
-            if (near == 0 ||
-                std::abs(left - right) <
-                    std::max(least_step * near, least_sigmas * noise_.sigma(near)) ||
-                std::abs(z(0) - left) > flat * left || std::abs(z(last) - right) > flat * right)
+            if (near == 0 || std::abs(left - right) <
+                                 std::max(least_step * near, least_sigmas * noise_.sigma(near)))
                 continue;
+            // A slanted surface between both, such as a box's side, is no edge: two pixels at most
+            // may be on neither. A zero is a hole of the reference.
+            const auto is_left = [&](int i) { return std::abs(z(i) - left) <= flat * left; };
+            const auto is_right = [&](int i) { return std::abs(z(i) - right) <= flat * right; };
             const float half = 0.5F * (left + right);
-            const float before = z(beside + between / 2 - 1), after = z(beside + between / 2);
-            // A zero between them is a hole of the reference.
-            if (before > 0 && after > 0 && (before < half) == (left < half) &&
+            const float before = z(last / 2), after = z(last / 2 + 1);
+            if (is_left(0) && is_left(beside) && is_right(last - beside) && is_right(last) &&
+                before > 0 && after > 0 && (before < half) == (left < half) &&
                 (after < half) == (right < half))
                 crossings_.push_back({u + du * beside, v + dv * beside, du, dv, left, right});
         }
