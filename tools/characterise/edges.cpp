@@ -64,7 +64,7 @@ void Edges::add(DepthView map) {
         ++seen_;
         if (readings == between) {
             ++placed_;
-            squares_ += std::pow(place - between / 2, 2);
+            squares_ += std::pow(place - 0.5F * between, 2);
         }
     }
 }
