@@ -4,6 +4,7 @@
 option(BUILD_TESTING "Build the tests" ON)
 option(AFTERGLOW_WERROR "Treat warnings as errors; the presets do" OFF)
 option(AFTERGLOW_REPORT "Build afterglow-eval's report, whose rivals need OpenCV and dlib" ON)
+option(AFTERGLOW_CALIBRATE "Build afterglow-calibrate, which needs OpenCV" ON)
 option(AFTERGLOW_V4L2 "Build the V4L2 drivers" ON)
 option(AFTERGLOW_LIBCAMERA "Build the libcamera driver; needs AFTERGLOW_V4L2" ON)
 option(AFTERGLOW_OPENNI2 "Build the OpenNI2 driver and afterglow-testcam" ON)
