@@ -8,6 +8,7 @@ namespace afterglow {
 namespace {
 
 constexpr double rim = 0.1;            ///< left out of the board, where depth is mixed
+constexpr int looked_at = 160;         ///< columns of a map, at least
 constexpr double believed_scale = 0.5; ///< a reading further off is not the board's
 
 /// Where the ray of a pixel meets the board: the reading that is expected, nothing beside it.
@@ -36,8 +37,9 @@ std::vector<DepthReading> readings_on_board(const Board &board, const Pose &boar
                                             const CameraModel &tof, bool range_along_ray,
                                             DepthView depth, double gate_m, int most) {
     std::vector<DepthReading> found;
-    for (int v = 0; v < depth.height(); ++v) {
-        for (int u = 0; u < depth.width(); ++u) {
+    const int step = std::max(1, depth.width() / looked_at);
+    for (int v = step / 2; v < depth.height(); v += step) {
+        for (int u = step / 2; u < depth.width(); u += step) {
             const double m = depth(u, v) / 1000.0;
             const auto ray = m > 0 ? tof.ray(u, v) : std::nullopt;
             const auto expected =
@@ -46,9 +48,9 @@ std::vector<DepthReading> readings_on_board(const Board &board, const Pose &boar
                 found.push_back({static_cast<double>(u), static_cast<double>(v), m});
         }
     }
-    const auto step = std::max<std::size_t>(1, found.size() / static_cast<std::size_t>(most));
+    const auto every = std::max<std::size_t>(1, found.size() / static_cast<std::size_t>(most));
     std::vector<DepthReading> spread;
-    for (std::size_t i = 0; i < found.size(); i += step)
+    for (std::size_t i = 0; i < found.size(); i += every)
         spread.push_back(found[i]);
     return spread;
 }

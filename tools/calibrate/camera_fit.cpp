@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/calibrate/camera_fit.hpp"
 
+#include "config/calibration_limits.hpp"
 #include "tools/calibrate/least_squares.hpp"
 
 #include <fmt/format.h>
@@ -62,15 +63,22 @@ CameraFit fit_model(const Board &board, std::span<const Corners> views, const Le
         x.segment<6>(model.parameters() + 6 * static_cast<int>(k)) = log(poses[k]);
     const CameraUnknowns unknowns{model, width, height};
     double noise = 0.02 * width;
+    LeastSquaresFit solved;
     for (int round = 0; round < 4; ++round) {
         std::vector<ResidualBlock> blocks;
         for (std::size_t k = 0; k < views.size(); ++k)
             blocks.push_back(corner_block(places, views[k], unknowns,
                                           model.parameters() + 6 * static_cast<int>(k), noise));
-        x = least_squares(x, blocks, 40).x;
+        solved = least_squares(x, blocks, 40);
+        x = solved.x;
         noise = std::max(noise * noise_of(x, blocks), least_noise_px);
     }
-    CameraFit fit{model, to_camera(x.head(model.parameters()), model, width, height), {}, noise};
+    CameraFit fit{model,
+                  to_camera(x.head(model.parameters()), model, width, height),
+                  {},
+                  noise,
+                  solved.sigma.head<2>().maxCoeff() / x[0],
+                  solved.sigma.segment<2>(2).maxCoeff()};
     for (std::size_t k = 0; k < views.size(); ++k)
         fit.board_to_camera.push_back(
             exp(x.segment<6>(model.parameters() + 6 * static_cast<int>(k))));
@@ -80,15 +88,10 @@ CameraFit fit_model(const Board &board, std::span<const Corners> views, const Le
 /// What is wrong with it; "" where nothing is.
 std::string implausible(const CameraFit &fit) {
     const Intrinsics &camera = fit.camera.pinhole;
-    if (!(camera.fx > 0.1 * camera.width && camera.fx < 10 * camera.width && camera.fy > 0))
+    if (!(camera.fx > 0.1 * camera.width && camera.fx < 10 * camera.width))
         return fmt::format("a focal length of {:.0f} pixels", camera.fx);
-    if (std::abs(camera.cx - camera.width / 2.0) > camera.width / 2.0 ||
-        std::abs(camera.cy - camera.height / 2.0) > camera.height / 2.0)
-        return fmt::format("a principal point at ({:.0f}, {:.0f}), outside the picture", camera.cx,
-                           camera.cy);
-    if (!sees_everywhere(fit.camera))
-        return "a lens that shows nothing in the picture's corners";
-    return {};
+    const auto problem = problem_of(fit.camera);
+    return problem ? fmt::format("{}: {}", problem->key, problem->sentence) : std::string();
 }
 
 } // namespace
@@ -162,16 +165,6 @@ double tilt_range(std::span<const Pose> board_to_camera) {
         for (std::size_t k = 0; k < i; ++k)
             cosine = std::min(cosine, board_to_camera[i].R.col(2).dot(board_to_camera[k].R.col(2)));
     return std::acos(std::clamp(cosine, -1.0, 1.0));
-}
-
-bool sees_everywhere(const CameraModel &camera) {
-    constexpr int steps = 16;
-    for (int y = 0; y <= steps; ++y)
-        for (int x = 0; x <= steps; ++x)
-            if (!camera.ray((camera.pinhole.width - 1) * x / static_cast<double>(steps),
-                            (camera.pinhole.height - 1) * y / static_cast<double>(steps)))
-                return false;
-    return true;
 }
 
 } // namespace afterglow

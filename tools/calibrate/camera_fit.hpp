@@ -26,6 +26,8 @@ struct CameraFit {
     CameraModel camera;
     std::vector<Pose> board_to_camera; ///< one for each view
     double noise_px = 0;               ///< standard deviation of a corner's u or v
+    double focal_sigma = 0;            ///< standard deviation, as a share of it
+    double center_sigma_px = 0;        ///< of the principal point
 };
 
 /// The pose of a board whose corners are seen; at least four are known to be in front.
@@ -40,8 +42,5 @@ Result<CameraFit> fit_camera(const Board &board, std::span<const Corners> views,
 
 /// The largest angle between any two of the boards' normals, radians.
 double tilt_range(std::span<const Pose> board_to_camera);
-
-/// Whether every pixel of the picture, to its corners, shows a ray.
-bool sees_everywhere(const CameraModel &camera);
 
 } // namespace afterglow

@@ -86,20 +86,6 @@ void plane_residuals(std::span<const DepthReading> readings, const CameraModel &
             noise_m;
 }
 
-ResidualBlock plane_block(std::vector<DepthReading> readings, const CameraUnknowns &unknowns,
-                          bool range_along_ray, int pose_at, double noise_m, int scale_at) {
-    ResidualBlock block{unknowns.free_parameters(pose_at), static_cast<int>(readings.size()), {}};
-    if (scale_at >= 0)
-        block.parameters.push_back(scale_at);
-    block.evaluate = [readings = std::move(readings), unknowns, range_along_ray, pose_at, noise_m,
-                      scale_at](const Eigen::VectorXd &x, Eigen::Ref<Eigen::VectorXd> r) {
-        const Pose pose = unknowns.from_color(x) * exp(Twist(x.segment<6>(pose_at)));
-        plane_residuals(readings, unknowns.camera(x), range_along_ray, pose, noise_m,
-                        scale_at < 0 ? 1 : x[scale_at], r);
-    };
-    return block;
-}
-
 double noise_of(std::vector<double> residuals) {
     if (residuals.empty())
         return 0;

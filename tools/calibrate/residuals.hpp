@@ -70,10 +70,6 @@ Eigen::Vector3d point_of(const DepthReading &reading, const CameraModel &camera,
 void plane_residuals(std::span<const DepthReading> readings, const CameraModel &camera,
                      bool range_along_ray, const Pose &pose, double noise_m, double scale,
                      Eigen::Ref<Eigen::VectorXd> residuals);
-/// The same of the unknowns. `scale_at`: of a parameter that readings are
-/// multiplied by; -1: none.
-ResidualBlock plane_block(std::vector<DepthReading> readings, const CameraUnknowns &camera,
-                          bool range_along_ray, int pose_at, double noise_m, int scale_at = -1);
 
 /// The standard deviation of residuals about 0, without outliers: those more than five times as
 /// large as the median of |r| lets expect.
