@@ -92,17 +92,16 @@ Luma SimulatedBoards::image(const BoardMotion &motion, double t_s) {
     return luma;
 }
 
-SimulatedBoards::TofFrame SimulatedBoards::tof(const BoardMotion &motion, double t_s) {
+DepthMap SimulatedBoards::depth(const BoardMotion &motion, double t_s) {
     const Pose pose = rig_.tof_from_color * motion(t_s + rig_.tof_delay_s);
-    const Luma luma = see(tof_, [&](double) { return pose; });
-    TofFrame frame{DepthMap(luma.width(), luma.height()),
-                   Image<std::uint16_t>(luma.width(), luma.height())};
-    std::normal_distribution<double> luma_error(0, luma_noise), depth_error(0, depth_noise_m);
     const Eigen::Vector2d end = board_.size_m() + Eigen::Vector2d::Constant(board_.side_m);
-    for (int v = 0; v < luma.height(); ++v) {
-        for (int u = 0; u < luma.width(); ++u) {
+    const Eigen::Vector3d normal = pose.R.col(2);
+    std::normal_distribution<double> error(0, depth_noise_m);
+    DepthMap depth(rig_.tof.pinhole.width, rig_.tof.pinhole.height);
+    for (int v = 0; v < depth.height(); ++v) {
+        for (int u = 0; u < depth.width(); ++u) {
             const Eigen::Vector2d ray = tof_.at(u + 0.5, v + 0.5);
-            const Eigen::Vector3d d(ray.x(), ray.y(), 1), normal = pose.R.col(2);
+            const Eigen::Vector3d d(ray.x(), ray.y(), 1);
             const double on_board = normal.dot(pose.T) / normal.dot(d);
             const Eigen::Vector3d place = pose.R.transpose() * (on_board * d - pose.T);
             const bool hit = on_board > 0 && place.x() > -board_.side_m &&
@@ -110,12 +109,52 @@ SimulatedBoards::TofFrame SimulatedBoards::tof(const BoardMotion &motion, double
                              place.y() < end.y();
             const double z = hit ? on_board : wall_m;
             const double range = rig_.range_along_ray ? z * d.norm() : z;
-            frame.depth(u, v) = clamped(1000 * (depth_scale * range + depth_error(random_)), 65535);
-            frame.amplitude(u, v) =
-                clamped((luma(u, v) + luma_error(random_)) * 8 / (z * z), 65535);
+            depth(u, v) = clamped(1000 * (depth_scale * range + error(random_)), 65535);
         }
     }
+    return depth;
+}
+
+SimulatedBoards::TofFrame SimulatedBoards::tof(const BoardMotion &motion, double t_s) {
+    const Pose pose = rig_.tof_from_color * motion(t_s + rig_.tof_delay_s);
+    const Luma luma = see(tof_, [&](double) { return pose; });
+    TofFrame frame{depth(motion, t_s), Image<std::uint16_t>(luma.width(), luma.height())};
+    std::normal_distribution<double> error(0, luma_noise);
+    for (std::size_t i = 0; i < luma.pixels().size(); ++i) {
+        const double z = std::max<double>(frame.depth.pixels()[i], 100) / 1000;
+        frame.amplitude.pixels()[i] =
+            clamped((luma.pixels()[i] + error(random_)) * 8 / (z * z), 65535);
+    }
     return frame;
+}
+
+/// Each corner at the time of its row, which two rounds find.
+Corners SimulatedBoards::project(const CameraModel &camera, const RowPose &pose, double noise_px) {
+    Corners corners;
+    if (!sees_whole(camera, pose(0)))
+        return corners;
+    std::normal_distribution<double> noise(0, noise_px);
+    const auto places = board_.corners();
+    for (std::size_t i = 0; i < places.size(); ++i) {
+        Eigen::Vector2d at(0, camera.pinhole.height / 2.0);
+        for (int round = 0; round < 3; ++round)
+            at = camera.project(pose(at.y() / camera.pinhole.height - 0.5) *
+                                Eigen::Vector3d(places[i].x(), places[i].y(), 0));
+        corners.numbers.push_back(static_cast<int>(i));
+        corners.pixels.push_back(at + Eigen::Vector2d(noise(random_), noise(random_)));
+    }
+    return corners;
+}
+
+Corners SimulatedBoards::corners_in_image(const BoardMotion &motion, double t_s) {
+    return project(
+        rig_.color, [&](double row) { return motion(t_s + row * rig_.readout_s); }, color_noise_px);
+}
+
+Corners SimulatedBoards::corners_in_tof(const BoardMotion &motion, double t_s) {
+    const Pose pose = rig_.tof_from_color * motion(t_s + rig_.tof_delay_s);
+    return project(
+        rig_.tof, [&](double) { return pose; }, tof_noise_px);
 }
 
 bool SimulatedBoards::sees_whole(const CameraModel &camera, const Pose &pose) const {

@@ -4,6 +4,7 @@
 #include "core/base/image.hpp"
 #include "core/base/rig_calibration.hpp"
 #include "tools/calibrate/board.hpp"
+#include "tools/calibrate/find_board.hpp"
 
 #include <Eigen/Core>
 
@@ -24,6 +25,8 @@ public:
     SimulatedBoards(const RigCalibration &rig, const Board &board);
 
     double luma_noise = 1.5;
+    double color_noise_px = 0.05; ///< of corners
+    double tof_noise_px = 0.08;
     double depth_noise_m = 0.003;
     double depth_scale = 1; ///< what the TOF camera measures by what is
 
@@ -35,6 +38,13 @@ public:
     };
     /// What is stamped `t_s` by the TOF camera: exposed tof_delay_s later.
     TofFrame tof(const BoardMotion &motion, double t_s);
+
+    /// What a detector would find in them, with its noise; empty where the board is not whole in
+    /// the picture. Much faster than to draw them.
+    Corners corners_in_image(const BoardMotion &motion, double t_s);
+    Corners corners_in_tof(const BoardMotion &motion, double t_s);
+    /// The depth of tof() alone.
+    DepthMap depth(const BoardMotion &motion, double t_s);
 
     /// Poses of boards at rest, near and far and tilted up to `tilt` radians: in turn all over the
     /// colour camera's view and the TOF camera's, in which they are whole. Reproducible.
@@ -53,6 +63,7 @@ private:
     using RowPose = std::function<Pose(double row_share)>; ///< board to camera; -0.5 to 0.5
     Luma see(const Rays &rays, const RowPose &pose) const;
     bool sees_whole(const CameraModel &camera, const Pose &board_to_camera) const;
+    Corners project(const CameraModel &camera, const RowPose &pose, double noise_px);
     double shade(const Pose &pose, const Eigen::Vector2d &ray) const;
 
     RigCalibration rig_;
