@@ -125,7 +125,7 @@ bool has_paragraph(const std::string &page, const std::string &about) {
 
 TEST_CASE("bash completes every command and option of afterglowctl --help, and no others") {
     const std::vector<Usage> usages = all_usages();
-    REQUIRE(usages.size() == 1 + 17 + 3 + 3);
+    REQUIRE(usages.size() == 1 + 18 + 3 + 3);
     Words everywhere = usages[0].options;
     everywhere.erase("--version");
     for (const Usage &usage : usages) {
@@ -148,6 +148,7 @@ TEST_CASE("bash completes values where they are known, and options' values not a
     CHECK(bash_completions("policy set Tar") == Words{"TargetError"});
     CHECK(bash_completions("log-level w") == Words{"warning"});
     CHECK(bash_completions("request --reason \"\"").empty());
+    CHECK(bash_completions("calibrate \"\"") == Words{"print-board", "capture", "solve"});
     CHECK(bash_completions("calibration \"\"") == Words{"show", "check", "convert"});
     CHECK(bash_completions("calibration show a b " AFTERGLOW_SOURCE_DIR "/READ") ==
           Words{AFTERGLOW_SOURCE_DIR "/README.md"});

@@ -121,13 +121,19 @@ Marked find_aprilgrid(const Board &board, const cv::Mat &image) {
     return found;
 }
 
+/// How far around a corner there is nothing but its four squares, as a share of the distance to
+/// the nearest other corner.
+double plain_around(const Board &board) {
+    return board.kind == BoardKind::charuco ? 0.4 * (1 - board.share) : 0.3;
+}
+
 /// To the saddle of each corner, in the picture as it is.
-void refine(const cv::Mat &image, Points &corners) {
+void refine(const cv::Mat &image, double plain, Points &corners) {
     double nearest = image.cols; // two corners to each other
     for (std::size_t i = 0; i < corners.size(); ++i)
         for (std::size_t k = 0; k < i; ++k)
             nearest = std::min(nearest, cv::norm(corners[i] - corners[k]));
-    const int window = std::clamp(static_cast<int>(nearest * 0.3), 2, 5);
+    const int window = std::clamp(static_cast<int>(nearest * plain), 2, 5);
     Points refined = corners;
     if (!refined.empty())
         cv::cornerSubPix(image, refined, {window, window}, {-1, -1},
@@ -164,7 +170,7 @@ Corners find_board(const Board &board, LumaView image) {
     corners.numbers = std::move(found.numbers);
     for (cv::Point2f &pixel : found.pixels) // of pixel centres, whatever the scale
         pixel = {(pixel.x + 0.5F) / scale - 0.5F, (pixel.y + 0.5F) / scale - 0.5F};
-    refine(as_mat(image), found.pixels);
+    refine(as_mat(image), plain_around(board), found.pixels);
     for (const cv::Point2f &pixel : found.pixels)
         corners.pixels.emplace_back(pixel.x, pixel.y);
     return corners;

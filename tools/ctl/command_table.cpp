@@ -27,6 +27,7 @@ std::span<const Command> all_commands() {
         {"calibration", "show, check or convert the calibration of two cameras",
          declare_calibration},
         {"characterise", "measure the noise of the TOF camera", declare_characterise},
+        {"calibrate", "measure it with a board: print-board, capture, solve", declare_calibrate},
     };
     return commands;
 }

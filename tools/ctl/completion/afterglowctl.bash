@@ -3,7 +3,7 @@
 
 _afterglowctl() {
     local commands='status monitor stats latency snapshot mode policy request hold requests measure
-        reload log-level devices probe calibration characterise'
+        reload log-level devices probe calibration characterise calibrate'
     local keys='Mode IntervalFrames TargetError MeasurementPrice CoverageFloor ShortestInterval
         LongestInterval DutyCycleBudget BudgetBurst TofPower IdlePower CorePower'
     local modes='auto always-on interval off'
@@ -45,6 +45,7 @@ _afterglowctl() {
     snapshot | probe) ((count > 0)) || words=FILES ;;
     mode) ((count > 0)) || words=$modes ;;
     log-level) ((count > 0)) || words=$levels ;;
+    calibrate) ((count > 0)) && words=FILES || words='print-board capture solve' ;;
     calibration) words='show check convert' ;;
     'calibration show' | 'calibration check') options=$rig words=FILES ;;
     'calibration convert') options="$rig --output" words=FILES ;;
