@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/base/camera.hpp"
+#include "core/base/pyramid.hpp"
+#include "core/base/rigid_motion.hpp"
+#include "core/calibration_state.hpp"
+#include "core/keyframe/depth_edges.hpp"
+#include "core/keyframe/depth_surface.hpp"
+#include "core/keyframe/edge_view.hpp"
+
+#include <Eigen/Core>
+
+#include <vector>
+
+namespace afterglow {
+
+/// Watches whether depth maps and images still fit each other: where a surface ends before one
+/// further away, the image has an edge, too. The RigError that brings the edges of the last few
+/// measurements onto those of their images is looked for, coarsely over some two degrees and then
+/// by weighted least squares (docs/estimation.md). A camera at rest tells all but the lag.
+///
+/// Allocates when made; add() is real-time safe. One thread.
+class CalibrationWatch {
+public:
+    /// `camera`: of the images before they were halved.
+    explicit CalibrationWatch(const Intrinsics &camera);
+
+    /// A measurement. `surface` as `surface_camera` sees it, whose points `pose` takes to the
+    /// camera of `image`, both as calibrated; `rate`: motion (v, w) of the scene per second as that
+    /// camera sees it, 0 where it is not known. A surface with few edges changes nothing.
+    void add(const DepthSurface &surface, const Intrinsics &surface_camera, const Pose &pose,
+             const Pyramid &image, const Twist &rate);
+
+    /// Absolute: relative to the calibration that add() was given.
+    const CalibrationState &state() const { return state_; }
+    /// What takes points of the colour camera's frame, as calibrated, to where they are, and what
+    /// the colour camera's focal lengths are to be multiplied with: identity and 1 while neither is
+    /// suspect.
+    Pose correction() const { return correction_; }
+    double focal_scale() const { return focal_scale_; }
+    /// Error that the calibration as given makes, and that which stays when it is corrected: of
+    /// image directions, radians, one sigma; 0 while nothing is suspect.
+    float shift() const { return shift_; }
+    float corrected_shift() const { return corrected_shift_; }
+
+private:
+    using Matrix9 = Eigen::Matrix<double, 9, 9>;
+    struct Fit {
+        RigError error = RigError::Zero();
+        double score = -1e9;         ///< mean of the profiles, less what the prior says against it
+        Matrix9 H = Matrix9::Zero(); ///< information, in sigmas of the prior
+    };
+
+    double look(const RigError &error);
+    double against(const RigError &error) const;
+    Fit refine(const RigError &start);
+    EdgeEvidence gather(double kernel) const;
+    RigError search(const EdgeView &view);
+    void judge(const Fit &fit, double score_as_calibrated);
+
+    Intrinsics camera_; ///< of the level that is looked at
+    int level_;
+    DepthEdges finder_;
+    std::vector<EdgeView> views_;
+    std::vector<EdgeProfiles> profiles_; ///< of each view
+    std::size_t seen_ = 0;               ///< measurements so far
+    RigError error_ = RigError::Zero();
+    int agreeing_ = 0; ///< verdicts in a row that differ from the state
+    CalibrationState state_;
+    Pose correction_;
+    double focal_scale_ = 1;
+    float shift_ = 0, corrected_shift_ = 0;
+};
+
+} // namespace afterglow
