@@ -2,6 +2,7 @@
 #include "core/keyframe/calibration_watch.hpp"
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 
 #include <algorithm>
 #include <array>
@@ -34,6 +35,8 @@ constexpr double least_shift = 0.0042; ///< radians, of image directions
 constexpr double least_lag = 0.015;    ///< seconds
 /// The calibration as it is has at most this share of the score of the best.
 constexpr double least_gain = 0.8;
+/// Chance makes scores of up to 0.3.
+constexpr double least_score = 0.35;
 constexpr std::size_t least_views = 3;
 constexpr int verdicts = 2; ///< that must agree before the state changes
 /// Chi-squared that one more part must explain.
@@ -47,6 +50,17 @@ RigError prior() {
     return sigma;
 }
 const RigError sigma = prior();
+
+/// What all edges of one view may have in common: one sigma, for a camera that moves at `rate`.
+/// Exposure times are not told, and rows are exposed one after the other.
+RigError common_error(const Twist &rate) {
+    constexpr double jitter_s = 0.004;
+    const double turned = 0.05 * degree + jitter_s * rate.tail<3>().norm();
+    const double moved = 0.001 + jitter_s * rate.head<3>().norm();
+    RigError error;
+    error << turned, turned, turned, moved, moved, moved, 0.003, jitter_s, 0.2;
+    return error;
+}
 
 struct Range {
     int first, count;
@@ -111,7 +125,8 @@ void CalibrationWatch::add(const DepthSurface &surface, const Intrinsics &surfac
     if (!best.error.allFinite() || !best.H.allFinite())
         return;
     error_ = best.error;
-    judge(best, as_calibrated);
+    judge(best, seen_ >= least_views && best.score > least_score &&
+                    as_calibrated < least_gain * best.score);
 }
 
 /// Looks up all images with an error; the mean of what is there.
@@ -135,7 +150,6 @@ CalibrationWatch::Fit CalibrationWatch::refine(const RigError &start) {
     constexpr std::array<double, 5> kernels = {3, 2, 1.5, 1, 1};
     // Means of kernels move by less than what they are the means of.
     constexpr double stride = 1.3;
-    const Matrix9 S = sigma.asDiagonal();
     Fit best, at;
     at.error = start;
     for (const double kernel : kernels) {
@@ -144,25 +158,33 @@ CalibrationWatch::Fit CalibrationWatch::refine(const RigError &start) {
         at.H = gather(kernels.back()).H;
         if (at.score > best.score)
             best = at;
-        const Eigen::LDLT<Matrix9> system(S * seen.H * S + Matrix9::Identity());
+        const Eigen::LDLT<Matrix9> system(seen.H + Matrix9::Identity());
         at.error +=
-            stride * sigma.cwiseProduct(system.solve(S * seen.g - at.error.cwiseQuotient(sigma)));
+            stride * sigma.cwiseProduct(system.solve(seen.g - at.error.cwiseQuotient(sigma)));
     }
-    best.H = S * best.H * S;
     return best;
 }
 
-/// What the profiles that were looked up last say, as that many independent readings.
+/// What the profiles that were looked up last say, in sigmas of the prior.
 EdgeEvidence CalibrationWatch::gather(double kernel) const {
-    EdgeEvidence evidence;
-    for (std::size_t i = 0; i < std::min(seen_, views); ++i)
-        views_[i].gather(profiles_[i], kernel, evidence);
-    const double spread =
-        kernel_factor * std::max(std::sqrt(evidence.squares / evidence.weight), least_spread);
-    const double share = evidence.weight > 0 ? independent_share / (spread * spread) : 0;
-    evidence.H *= share;
-    evidence.g *= share;
-    return evidence;
+    EdgeEvidence sum;
+    for (std::size_t i = 0; i < std::min(seen_, views); ++i) {
+        EdgeEvidence view;
+        views_[i].gather(profiles_[i], kernel, view);
+        if (!(view.weight > 0))
+            continue;
+        const double spread =
+            kernel_factor * std::max(std::sqrt(view.squares / view.weight), least_spread);
+        const double share = independent_share / (spread * spread);
+        const Matrix9 S = sigma.asDiagonal();
+        const Matrix9 H = share * S * view.H * S;
+        // However many edges a view has, what they have in common stays: (H^-1 + F)^-1.
+        const RigError floor = common_error(views_[i].rate()).cwiseQuotient(sigma).cwiseAbs2();
+        const Eigen::PartialPivLU<Matrix9> damping(Matrix9::Identity() + H * floor.asDiagonal());
+        sum.H += damping.solve(H);
+        sum.g += damping.solve(share * S * view.g);
+    }
+    return sum;
 }
 
 /// The error that fits one view best: turns, then rolls and focal lengths, and so on.
@@ -197,56 +219,66 @@ RigError CalibrationWatch::search(const EdgeView &view) {
 }
 
 /// The fewest parts that explain the fit are what is wrong.
-void CalibrationWatch::judge(const Fit &fit, double score_as_calibrated) {
+void CalibrationWatch::judge(const Fit &fit, bool better) {
     const RigError g = (fit.H + Matrix9::Identity()) * fit.error.cwiseQuotient(sigma);
     Explanation best;
     double most = -1;
-    unsigned parts = 0;
-    for (unsigned p = 0; p < 1U << calibration_parts; ++p) {
-        const Explanation e = explain(fit.H, g, p);
-        const double worth = e.chi2 - worth_a_part * std::popcount(p);
+    for (unsigned parts = 0; parts < 1U << calibration_parts; ++parts) {
+        const Explanation e = explain(fit.H, g, parts);
+        const double worth = e.chi2 - worth_a_part * std::popcount(parts);
         if (worth > most) {
             most = worth;
-            parts = p;
             best = e;
         }
     }
-    const Matrix9 S = sigma.asDiagonal();
-    const RigError error = S * best.x;
-    const Matrix9 C = S * best.covariance * S;
-    // Mean square shift of the edges seen, along them as well as across.
+    const RigError error = sigma.cwiseProduct(best.x);
+    const Matrix9 covariance = sigma.asDiagonal() * best.covariance * sigma.asDiagonal();
+    const Matrix9 squares = sensitivity();
+    const auto shift_by = [&](const RigError &e) { return std::sqrt(e.dot(squares * e)); };
+
+    RigError suspected = RigError::Zero();
+    for (std::size_t p = 0; p < calibration_parts; ++p) {
+        const auto [first, size] = part_ranges[p];
+        RigError part = RigError::Zero();
+        part.segment(first, size) = error.segment(first, size);
+        const double amount = part.norm();
+        const RigError direction = part / std::max(amount, 1e-12);
+        const double deviation = std::sqrt(std::max(direction.dot(covariance * direction), 0.0));
+        const bool much = first == lag ? amount > least_lag : shift_by(part) > least_shift;
+        const bool suspect = better && much && amount > deviations * deviation;
+
+        CalibrationFinding &finding = state_.parts[p];
+        finding.amount = static_cast<float>(size == 1 ? part[first] : amount);
+        finding.deviation = static_cast<float>(deviation);
+        against_[p] = suspect != finding.suspect ? against_[p] + 1 : 0;
+        if (against_[p] == verdicts) {
+            finding.suspect = suspect;
+            against_[p] = 0;
+        }
+        if (finding.suspect)
+            suspected += part;
+    }
+    correction_ =
+        exp((Twist() << suspected.segment<3>(displacement), suspected.segment<3>(turn)).finished());
+    focal_scale_ = 1 + suspected[focal];
+    suspected[lag] = 0;
+    shift_ = static_cast<float>(shift_by(suspected));
+    corrected_shift_ =
+        suspected.isZero(0) ? 0.0f : static_cast<float>(std::sqrt((squares * covariance).trace()));
+}
+
+/// Squares of the derivatives of the edges' directions (radians) by the error, their mean.
+CalibrationWatch::Matrix9 CalibrationWatch::sensitivity() const {
     Matrix9 squares = Matrix9::Zero();
     int count = 0;
     for (std::size_t i = 0; i < std::min(seen_, views); ++i) {
         views_[i].add_sensitivity(squares);
         count += views_[i].size();
     }
-    squares *= 2 / (count * camera_.fx * camera_.fx);
-    const auto shift_by = [&](const RigError &e) { return std::sqrt(e.dot(squares * e)); };
-
-    const bool better = score_as_calibrated < least_gain * fit.score && seen_ >= least_views;
-    CalibrationState verdict;
-    for (std::size_t p = 0; p < calibration_parts; ++p) {
-        const auto [first, size] = part_ranges[p];
-        RigError part = RigError::Zero();
-        part.segment(first, size) = error.segment(first, size);
-        const double amount = part.norm();
-        if (!(amount > 0))
-            continue;
-        const RigError direction = part / amount;
-        const double deviation = std::sqrt(std::max(direction.dot(C * direction), 0.0));
-        CalibrationFinding &finding = verdict.parts[p];
-        finding.amount = static_cast<float>(size == 1 ? part[first] : amount);
-        finding.deviation = static_cast<float>(deviation);
-        const bool much = first == lag ? amount > least_lag : shift_by(part) > least_shift;
-        finding.suspect = better && much && amount > deviations * deviation;
-    }
-    (void)parts;
-    state_ = verdict;
-    RigError moved = error;
-    moved[margin] = moved[lag] = 0;
-    shift_ = static_cast<float>(shift_by(moved));
-    corrected_shift_ = static_cast<float>(std::sqrt((squares * C).trace()));
+    squares.row(margin).setZero();
+    squares.col(margin).setZero();
+    // Seen across edges; there is as much along them.
+    return squares * (2 / (count * camera_.fx * camera_.fx));
 }
 
 } // namespace afterglow

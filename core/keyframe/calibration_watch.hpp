@@ -11,6 +11,7 @@
 
 #include <Eigen/Core>
 
+#include <array>
 #include <vector>
 
 namespace afterglow {
@@ -34,13 +35,13 @@ public:
 
     /// Absolute: relative to the calibration that add() was given.
     const CalibrationState &state() const { return state_; }
-    /// What takes points of the colour camera's frame, as calibrated, to where they are, and what
-    /// the colour camera's focal lengths are to be multiplied with: identity and 1 while neither is
-    /// suspect.
-    Pose correction() const { return correction_; }
+    /// What takes points, brought by the calibration to the colour camera, to where they are, and
+    /// what that camera's focal lengths are to be multiplied with. Identity and 1, but for the
+    /// parts that are suspect.
+    const Pose &correction() const { return correction_; }
     double focal_scale() const { return focal_scale_; }
-    /// Error that the calibration as given makes, and that which stays when it is corrected: of
-    /// image directions, radians, one sigma; 0 while nothing is suspect.
+    /// By how much image directions are wrong, as calibrated and after correction: radians, one
+    /// sigma over the edges seen, 0 while rotation, translation and focal length are not suspect.
     float shift() const { return shift_; }
     float corrected_shift() const { return corrected_shift_; }
 
@@ -57,7 +58,8 @@ private:
     Fit refine(const RigError &start);
     EdgeEvidence gather(double kernel) const;
     RigError search(const EdgeView &view);
-    void judge(const Fit &fit, double score_as_calibrated);
+    void judge(const Fit &fit, bool better);
+    Matrix9 sensitivity() const;
 
     Intrinsics camera_; ///< of the level that is looked at
     int level_;
@@ -66,7 +68,7 @@ private:
     std::vector<EdgeProfiles> profiles_; ///< of each view
     std::size_t seen_ = 0;               ///< measurements so far
     RigError error_ = RigError::Zero();
-    int agreeing_ = 0; ///< verdicts in a row that differ from the state
+    std::array<int, calibration_parts> against_{}; ///< verdicts in a row that differ from state_
     CalibrationState state_;
     Pose correction_;
     double focal_scale_ = 1;

@@ -67,6 +67,7 @@ void EdgeView::take(std::span<const DepthEdge> edges, ImageView<const float> ima
     for (int v = 0; v < image.height(); ++v)
         std::transform(image.row(v), image.row(v) + image.width(), image_.row(v),
                        [](float grey) { return static_cast<std::uint8_t>(grey + 0.5f); });
+    rate_ = rate;
     edges_.clear();
     for (const DepthEdge &edge : edges) {
         const Eigen::Vector3d X = edge.at.cast<double>(), beyond = edge.beyond.cast<double>();

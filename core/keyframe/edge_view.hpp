@@ -57,6 +57,7 @@ public:
     /// scene per second as that camera sees it.
     void take(std::span<const DepthEdge> edges, ImageView<const float> image, const Twist &rate);
     int size() const { return static_cast<int>(edges_.size()); }
+    const Twist &rate() const { return rate_; }
 
     /// Looks up the image across all edges, placed as with `error`.
     void look(const RigError &error, EdgeProfiles &profiles) const;
@@ -80,6 +81,7 @@ private:
     Intrinsics camera_;
     Image<std::uint8_t> image_;
     std::vector<Edge> edges_;
+    Twist rate_ = Twist::Zero();
 };
 
 } // namespace afterglow
