@@ -5,12 +5,23 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <string_view>
 
 namespace afterglow {
 
 /// What can be wrong with the calibration of two cameras.
 enum class CalibrationPart : std::uint8_t { rotation, translation, focal_length, lag };
 constexpr std::size_t calibration_parts = 4;
+/// "rotation", "translation", "focal-length", "lag".
+std::string_view to_string(CalibrationPart part);
+
+/// How amounts of a part are told to people.
+struct CalibrationUnit {
+    double per_amount; ///< of CalibrationFinding
+    std::string_view name;
+};
+/// degrees, millimetres, percent, milliseconds.
+CalibrationUnit calibration_unit(CalibrationPart part);
 
 /// How far a part of the calibration is off, as images and depth say.
 struct CalibrationFinding {

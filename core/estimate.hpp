@@ -3,6 +3,7 @@
 
 #include "core/base/image.hpp"
 #include "core/base/rigid_motion.hpp"
+#include "core/calibration_state.hpp"
 
 #include <cstdint>
 
@@ -59,6 +60,8 @@ struct Estimate {
     /// Matches that agree with the pose, of `matches` tried; 0 where no pose was estimated.
     int inliers = 0;
     int matches = 0;
+    /// What the measurements so far say of the cameras' calibration.
+    CalibrationState calibration{};
     /// There is no telling what the scene's depth is: only a measurement helps.
     bool wants_measurement = false;
     /// Millimetres; valid until the estimator's next call.

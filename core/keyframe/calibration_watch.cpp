@@ -68,9 +68,9 @@ struct Range {
 constexpr std::array<Range, calibration_parts> part_ranges = {
     {{turn, 3}, {displacement, 3}, {focal, 1}, {lag, 1}}};
 
-int level_for(const Intrinsics &camera) {
+int level_for(const Intrinsics &camera, int levels) {
     int level = 1;
-    while (camera.fx / (1 << level) > longest_focal)
+    while (level < levels && camera.fx / (1 << level) > longest_focal)
         ++level;
     return level;
 }
@@ -101,8 +101,8 @@ Explanation explain(const Matrix9 &H, const RigError &g, unsigned parts) {
 
 } // namespace
 
-CalibrationWatch::CalibrationWatch(const Intrinsics &camera)
-    : camera_(camera.at_level(level_for(camera))), level_(level_for(camera)), finder_(edges),
+CalibrationWatch::CalibrationWatch(const Intrinsics &camera, int levels)
+    : level_(level_for(camera, levels)), camera_(camera.at_level(level_)), finder_(edges),
       views_(views, EdgeView(camera_, edges)), profiles_(views, EdgeProfiles(edges)) {}
 
 void CalibrationWatch::add(const DepthSurface &surface, const Intrinsics &surface_camera,

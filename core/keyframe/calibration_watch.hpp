@@ -24,8 +24,8 @@ namespace afterglow {
 /// Allocates when made; add() is real-time safe. One thread.
 class CalibrationWatch {
 public:
-    /// `camera`: of the images before they were halved.
-    explicit CalibrationWatch(const Intrinsics &camera);
+    /// `camera`: of the images before they were halved `levels` times.
+    CalibrationWatch(const Intrinsics &camera, int levels);
 
     /// A measurement. `surface` as `surface_camera` sees it, whose points `pose` takes to the
     /// camera of `image`, both as calibrated; `rate`: motion (v, w) of the scene per second as that
@@ -61,8 +61,8 @@ private:
     void judge(const Fit &fit, bool better);
     Matrix9 sensitivity() const;
 
-    Intrinsics camera_; ///< of the level that is looked at
-    int level_;
+    int level_; ///< of the pyramid, that is looked at
+    Intrinsics camera_;
     DepthEdges finder_;
     std::vector<EdgeView> views_;
     std::vector<EdgeProfiles> profiles_; ///< of each view

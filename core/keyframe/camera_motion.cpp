@@ -15,6 +15,10 @@ Pose CameraMotion::predicted(double dt) const {
     return dt > 0 && dt < longest_prediction_s ? moved_in(dt) * now_ : now_;
 }
 
+Twist CameraMotion::rate() const {
+    return velocity_s_ > 0 ? Twist(log(velocity_) / velocity_s_) : Twist::Zero();
+}
+
 Pose CameraMotion::moved_in(double seconds) const {
     return velocity_s_ > 0 ? part_of(velocity_, seconds / velocity_s_) : Pose::identity();
 }

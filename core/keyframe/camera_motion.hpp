@@ -17,6 +17,8 @@ public:
     const Pose &now() const { return now_; }
     /// Rotation rate between the last two images, rad/s; 0 where it is not known.
     const Eigen::Vector3d &turning() const { return turning_; }
+    /// Motion (v, w) of the scene per second between the last two images; 0 where it is not known.
+    Twist rate() const;
     /// The pose expected `dt` seconds after the last image: the last one, if the gap is too long or
     /// the velocity is not known.
     Pose predicted(double dt) const;

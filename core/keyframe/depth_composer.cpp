@@ -65,8 +65,9 @@ void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const P
         const Pose pose = now * k.depth_from_world.inverse();
         warp_.run(k.surface, pose, depth_, pool_,
                   shutter_skew(views_, k, first ? alignment.skew : Eigen::Vector3f::Zero()));
-        merge(map_error(k.surface, views_, pose, alignment.covariance, options_.error), k.surface,
-              error_scale);
+        merge(map_error(k.surface, views_, pose, alignment.covariance, options_.error,
+                        k.calibration_shift),
+              k.surface, error_scale);
     }
 }
 

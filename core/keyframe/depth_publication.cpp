@@ -12,11 +12,13 @@ constexpr float enough_coverage = 0.98f;
 constexpr float least_fill = 0.05f;
 
 /// Mean relative error expected of a map's own pixels.
-float fresh_error(const DepthSurface &surface, const Views &views, const KeyframeOptions &options) {
+float fresh_error(const Keyframe &fresh, const Views &views, const KeyframeOptions &options) {
     constexpr int step = 8;
+    const DepthSurface &surface = fresh.surface;
     const Intrinsics &camera = views.surface;
-    const MapError error = map_error(surface, views, views.published_from_surface(),
-                                     Eigen::Matrix<float, 6, 6>::Zero(), options.error);
+    const MapError error =
+        map_error(surface, views, views.published_from_surface(),
+                  Eigen::Matrix<float, 6, 6>::Zero(), options.error, fresh.calibration_shift);
     double sum = 0;
     int count = 0;
     for (int v = 0; v < camera.height; v += step)
@@ -86,8 +88,9 @@ const Estimate &DepthPublication::estimated(const KeyframeSet &keyframes,
     return estimate_;
 }
 
-const Estimate &DepthPublication::measured(DepthView depth, const DepthSurface &fresh,
-                                           const Pose &from_world) {
+const Estimate &DepthPublication::measured(DepthView depth, const Keyframe &fresh,
+                                           const Pose &from_world,
+                                           const CalibrationState &calibration) {
     if (estimate_.source == FrameSource::estimated)
         learn_errors(depth);
     else
@@ -100,6 +103,7 @@ const Estimate &DepthPublication::measured(DepthView depth, const DepthSurface &
     fresh_fill_ = std::max(fill(depth), least_fill);
     fresh_mre_ = 100 * error_scale_.scale() * fresh_error(fresh, views_, options_);
     estimate_.age_frames = 0;
+    estimate_.calibration = calibration;
     estimate_.wants_measurement = false;
     describe(FrameSource::measured, from_world);
     return estimate_;

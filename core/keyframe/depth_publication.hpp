@@ -28,8 +28,10 @@ public:
                               const Pose &from_world, const DepthCorrection &correction,
                               std::int64_t t_ns);
     /// `depth`, as the published camera sees it from `from_world`, was measured for the last image;
-    /// what it lacks stays as estimated. `fresh`: the surface made of it.
-    const Estimate &measured(DepthView depth, const DepthSurface &fresh, const Pose &from_world);
+    /// what it lacks stays as estimated. `fresh`: the keyframe made of it; `calibration`: what it
+    /// and those before tell of the cameras.
+    const Estimate &measured(DepthView depth, const Keyframe &fresh, const Pose &from_world,
+                             const CalibrationState &calibration);
 
     /// The last published map; empty where it has no depth.
     DepthView composed() const;

@@ -26,7 +26,8 @@ double variance_along(const Eigen::Vector3d &g, const Eigen::Vector3d &X,
 } // namespace
 
 MapError map_error(const DepthSurface &surface, const Views &views, const Pose &pose,
-                   const Eigen::Matrix<float, 6, 6> &covariance, const ErrorOptions &options) {
+                   const Eigen::Matrix<float, 6, 6> &covariance, const ErrorOptions &options,
+                   float calibration_shift) {
     constexpr int grid = 32, reach = 4;
     const Intrinsics &camera = views.surface, &to = views.published;
     const double fx = camera.fx, fy = camera.fy;
@@ -71,7 +72,8 @@ MapError map_error(const DepthSurface &surface, const Views &views, const Pose &
     const float count = static_cast<float>(sampled);
     e.motion_px = motion / count;
     e.pose_relative = static_cast<float>(std::sqrt(std::max(0.0, depth_variance / sampled)));
-    const float calibration_px = options.intrinsics * e.motion_px;
+    const float calibration_px =
+        std::hypot(options.intrinsics * e.motion_px, calibration_shift * static_cast<float>(to.fx));
     e.shift_px = std::sqrt(static_cast<float>(std::max(0.0, shift_variance / sampled)) +
                            calibration_px * calibration_px);
     e.slope = surface.slope();

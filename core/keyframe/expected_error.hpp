@@ -38,10 +38,12 @@ struct MapError {
 /// (v, w); with covariance C of (v, w), var(dz/z) = a C a^T, a = [n, X x n]. The same motion shifts
 /// image points by J_pi [I, -[X]x] (v, w); where the depth jumps or slopes, a shift costs
 /// |grad z| / z times its length. Both are averaged over a grid of the keyframe's surface.
+/// `calibration_shift`: by how much the directions of images may be wrong, radians, one sigma.
 /// `pose` takes points of the surface camera's frame to the published camera's; the motion is one
 /// of the tracking camera, before it.
 MapError map_error(const DepthSurface &surface, const Views &views, const Pose &pose,
-                   const Eigen::Matrix<float, 6, 6> &covariance, const ErrorOptions &options);
+                   const Eigen::Matrix<float, 6, 6> &covariance, const ErrorOptions &options,
+                   float calibration_shift = 0);
 
 /// Expected relative error of one pixel of a carried map against a fresh reading.
 float pixel_error(const MapError &map, const SensorNoise &noise, float shared_noise, float z,

@@ -29,6 +29,8 @@ struct Keyframe {
     /// surface was measured all at once; rotation vector, tracking camera's coordinates, radians.
     Eigen::Vector3f skew = Eigen::Vector3f::Zero();
     std::int64_t t_ns = 0;
+    /// By how much its place in images may be wrong for the rig's calibration, radians, one sigma.
+    float calibration_shift = 0;
 };
 
 /// The latest few keyframes, newest first. Allocates when made, and never otherwise: a new one

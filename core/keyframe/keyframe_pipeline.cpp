@@ -12,6 +12,7 @@ KeyframePipeline::KeyframePipeline(const KeyframeOptions &options, const Views &
       keyframes_(options.compose.keyframes, views, options.surface, options.alignment_template),
       motion_(options.motion), tracker_(options, views, pool),
       arriving_(views.surface, options.surface), registration_(options, views),
+      calibration_watch_(views.tracking, options.alignment_template.coarsest_level),
       seen_(views.surface, views.tracking, views.surface_from_tracking.inverse(), options),
       published_(views.surface, views.published, views.published_from_surface(), options),
       publication_(options, views, pool) {}
@@ -52,13 +53,17 @@ const Estimate &KeyframePipeline::measure(const Measurement &measurement) {
                                seen_.seen(k.surface, pool_, lag().inverse(),
                                           views_.surface_from_tracking.R.cast<float>() * k.skew));
     tracker_.keyframe_added();
+    calibration_watch_.add(k.surface, views_.surface, views_.surface_from_tracking.inverse(),
+                           tracker_.image(), motion_.rate());
+    // What a device registered shows its own errors in both, the map and the next one.
+    k.calibration_shift = views_.calibrated ? calibration_watch_.shift() : 0.0f;
     const Pose from_world = published_now();
     const DepthView shown =
         views_.publishes_readings()
             ? measurement.depth
             : published_.rendered(k.surface, from_world * depth_now_.inverse(), pool_,
                                   shutter_skew(views_, k, Eigen::Vector3f::Zero()));
-    return publication_.measured(shown, k.surface, from_world);
+    return publication_.measured(shown, k, from_world, calibration_watch_.state());
 }
 
 Pose KeyframePipeline::published_now() const {

@@ -3,6 +3,7 @@
 
 #include "core/base/camera.hpp"
 #include "core/base/worker_pool.hpp"
+#include "core/keyframe/calibration_watch.hpp"
 #include "core/keyframe/camera_motion.hpp"
 #include "core/keyframe/depth_publication.hpp"
 #include "core/keyframe/keyframe.hpp"
@@ -47,6 +48,7 @@ private:
     KeyframeTracker tracker_;
     DepthSurface arriving_;
     MapRegistration registration_;
+    CalibrationWatch calibration_watch_;
     SurfaceRegistration seen_;      ///< measured surfaces as the tracking camera sees them
     SurfaceRegistration published_; ///< and the published one
     DepthPublication publication_;

@@ -25,6 +25,8 @@ struct Views {
     /// Time from reading the first row of the tracking camera's picture to the last, seconds, for
     /// depth that is measured all at once; 0: not known, or depth is read the same way.
     double readout_s = 0;
+    /// Where the cameras are was told by a calibration, and not by a device that registers depth.
+    bool calibrated = false;
 
     Pose published_from_surface() const {
         return published_from_tracking * surface_from_tracking.inverse();

@@ -85,6 +85,7 @@ double density(const CameraModel &camera) {
 Views working_views(const RigGeometry &geometry) {
     const RigCalibration &rig = geometry.rig;
     Views views;
+    views.calibrated = true;
     views.surface_from_tracking = rig.tof_from_color;
     views.published_from_tracking = geometry.published_from_color;
 
