@@ -4,6 +4,7 @@
 #include "eval/import.hpp"
 #include "eval/live/live.hpp"
 #include "eval/protocol.hpp"
+#include "eval/rigs.hpp"
 #include "eval/run.hpp"
 #ifdef AFTERGLOW_REPORT
 #include "eval/report/report.hpp"
@@ -54,6 +55,10 @@ public:
             "Score recordings forwards, backwards, with every second frame and with shifted "
             "starts, beside the same with the pose from the true depth",
             protocol);
+        add_tuned<RigsArguments>("rigs",
+                                 "Score rigs of two different simulated cameras beside one with "
+                                 "registered depth",
+                                 rigs);
         add_tuned<ParametersArguments>(
             "parameters", "List what --set takes, with values and meaning", list_parameters);
 #ifdef AFTERGLOW_REPORT

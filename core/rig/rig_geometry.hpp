@@ -40,6 +40,11 @@ struct RigGeometry {
     const Intrinsics &camera() const { return published.pinhole; }
     /// What is published is seen along the rays of measured maps, pixel by pixel.
     bool publishes_readings() const { return publishes_tof() && published == rig.tof; }
+    /// What is published is seen along the rays of images, pixel by pixel.
+    bool publishes_color() const {
+        return published == rig.color && published_from_color.R.isIdentity() &&
+               published_from_color.T.isZero();
+    }
     /// The published camera is where the TOF camera is, and looks the same way.
     bool publishes_tof() const { return published_from_color == rig.tof_from_color; }
 };

@@ -94,10 +94,7 @@ Views working_views(const RigGeometry &geometry) {
     views.tracking = pinhole_of(
         seen_by_color, std::min(density(rig.color), working_width / seen_by_color.sizes().x()));
     double f = views.tracking.fx;
-    const bool publishes_color = geometry.published == rig.color &&
-                                 geometry.published_from_color.R.isIdentity() &&
-                                 geometry.published_from_color.T.isZero();
-    if (publishes_color) {
+    if (geometry.publishes_color()) {
         views.published = views.tracking;
     } else {
         const Field published = field_of_tof(rig.tof, geometry.published,

@@ -35,7 +35,7 @@ void compare(FrameScore &score, DepthView depth, DepthView truth) {
 
 Result<Evaluation> evaluate(Footage &footage, PipelineFactory make, const GatePolicy &gate,
                             const EvaluationHooks &hooks) {
-    FrameLoop loop(footage.rig, std::move(make), gate);
+    FrameLoop loop(footage.rig, std::move(make), gate, footage.geometry);
     if (const Status started = loop.start(); !started)
         return started.error();
     Evaluation evaluation;

@@ -94,6 +94,12 @@ std::optional<TofNoise> synthetic_tof(std::string_view source) {
     return std::nullopt;
 }
 
+std::function<std::uint64_t(std::int64_t)> synthetic_sequence_at(double fps) {
+    return [fps](std::int64_t t_ns) {
+        return static_cast<std::uint64_t>(std::llround(1e-9 * fps * static_cast<double>(t_ns)));
+    };
+}
+
 Result<Footage> open_synthetic_footage(SyntheticOptions options, const std::string &source) {
     options.real_time = false;
     SyntheticWorld world = make_world(options);
@@ -112,11 +118,7 @@ Result<Footage> open_synthetic_footage(SyntheticOptions options, const std::stri
         .truth = [truth](std::uint64_t sequence) -> Result<DepthMap> {
             return truth->depth(sequence);
         },
-        .sequence_at =
-            [fps = options.fps](std::int64_t t_ns) {
-                return static_cast<std::uint64_t>(
-                    std::llround(1e-9 * fps * static_cast<double>(t_ns)));
-            },
+        .sequence_at = synthetic_sequence_at(options.fps),
     };
 }
 

@@ -3,6 +3,7 @@
 
 #include "core/base/image.hpp"
 #include "core/base/result.hpp"
+#include "core/rig/rig_geometry.hpp"
 #include "drivers/files/recording.hpp"
 #include "drivers/simulated/synthetic/synthetic.hpp"
 #include "drivers/source.hpp"
@@ -27,9 +28,10 @@ struct Footage {
     std::string name;
     std::string layout; ///< of the dataset (docs/datasets.md), or synthetic_name
     Rig rig;
-    int frames = 0;      ///< how many there are
-    int left_out = 0;    ///< frames of the recording that cannot be used
-    std::string problem; ///< the sentence behind the first of those
+    std::optional<RigGeometry> geometry{}; ///< nothing: depth is registered to the images
+    int frames = 0;                        ///< how many there are
+    int left_out = 0;                      ///< frames of the recording that cannot be used
+    std::string problem;                   ///< the sentence behind the first of those
     std::string assumed; ///< a sentence on what the recording does not say; or empty
     /// By ColorFrame::sequence.
     std::function<Result<DepthMap>(std::uint64_t sequence)> truth;
@@ -62,6 +64,9 @@ std::span<const SimulatedSensor> simulated_sensors();
 
 /// The TOF camera of "synthetic" or "synthetic:SENSOR"; nothing for any other source.
 std::optional<TofNoise> synthetic_tof(std::string_view source);
+
+/// Footage::sequence_at of synthetic cameras that are not in real time.
+std::function<std::uint64_t(std::int64_t t_ns)> synthetic_sequence_at(double fps);
 
 /// The synthetic room. `options.frames` bounds it. `source`: one that synthetic_tof() knows.
 Result<Footage> open_synthetic_footage(SyntheticOptions options,

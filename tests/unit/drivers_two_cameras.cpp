@@ -272,7 +272,7 @@ TEST_CASE("synthetic depth is exposed later than its image by the rig's delay") 
         const Frame frame = shoot(options, make_world(options), 7);
         CHECK(frame.depth.t_ns == frame.color.t_ns);
         const auto share_of_equal = [&](double at) {
-            const DepthMap there = truth.depth(7, rig.tof, rig.tof_from_color, at);
+            const DepthMap there = truth.depth(7, rig.tof, rig.tof_from_color, {.delay_s = at});
             int equal = 0;
             for (std::size_t i = 0; i < there.pixels().size(); ++i)
                 equal += std::abs(there.pixels()[i] - frame.depth.depth.pixels()[i]) <= 1;

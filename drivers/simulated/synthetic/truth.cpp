@@ -60,18 +60,19 @@ const Intrinsics &SyntheticTruth::intrinsics() const {
 
 DepthMap SyntheticTruth::depth(std::uint64_t k) {
     if (!state_->registered)
-        return depth(k, state_->rig.color, {});
+        return depth(k, state_->rig.color, {}, {.readout_s = state_->rig.readout_s});
     Luma luma(intrinsics().width, intrinsics().height);
     state_->registered->render(state_->time_s(k), world_to_camera(k), luma);
     return state_->in_millimetres(state_->registered->depth());
 }
 
 DepthMap SyntheticTruth::depth(std::uint64_t k, const CameraModel &camera,
-                               const Pose &camera_from_color, double delay_s) {
+                               const Pose &camera_from_color, const Exposed &exposure) {
     LensRenderer &renderer = state_->renderer_of(camera);
     renderer.render({.body = state_->world.camera,
                      .camera_from_body = camera_from_color,
-                     .t_s = state_->time_s(k) + delay_s},
+                     .t_s = state_->time_s(k) + exposure.delay_s,
+                     .readout_s = exposure.readout_s},
                     {});
     return state_->in_millimetres(renderer.depth());
 }

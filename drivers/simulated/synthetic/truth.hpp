@@ -11,6 +11,12 @@
 
 namespace afterglow {
 
+/// When a picture is taken, by the time of an image.
+struct Exposed {
+    double delay_s = 0;   ///< from the image's middle row to the picture's
+    double readout_s = 0; ///< from the picture's first row to the last; 0 = all rows at once
+};
+
 /// The true depth and pose of a synthetic rig's frames, for the evaluation: equal options give
 /// equal worlds in every process. Image k is the one with ColorFrame::sequence k.
 class SyntheticTruth {
@@ -22,12 +28,12 @@ public:
 
     /// Of the colour camera; of two cameras' without its lens.
     const Intrinsics &intrinsics() const;
-    /// Millimetres, rounded, of every pixel centre of the colour camera at its time, that of the
-    /// middle row; no noise and no range limits. 0 where there is nothing to see.
+    /// Millimetres along Z, rounded, of every pixel centre of image k, when its row is exposed; no
+    /// noise and no range limits. 0 where there is nothing to see.
     DepthMap depth(std::uint64_t k);
-    /// The same, along Z, of any camera on the colour camera's body, and `delay_s` after image k.
+    /// The same of any camera on the colour camera's body, at `exposure`.
     DepthMap depth(std::uint64_t k, const CameraModel &camera, const Pose &camera_from_color,
-                   double delay_s = 0);
+                   const Exposed &exposure = {});
     /// Image k without noise and changes of exposure.
     Luma luma(std::uint64_t k);
     /// Takes world points to the colour camera's frame at image k, or `delay_s` after it.
