@@ -131,10 +131,12 @@ Status write_report_pictures(const std::string &folder, const Captures &captures
                                   views, &BoardView::tof, fit, fit.rig.tof_from_color);
     if (!written)
         return written;
+    // Where both cameras see the board, if the TOF camera has pictures.
     const std::size_t none = views.size();
     std::size_t nearest = none;
     for (std::size_t k = 0; k < views.size(); ++k)
         if (fit.used[k] && !views[k].color.empty() &&
+            (fit.tof_noise_px == 0 || !views[k].tof.empty()) &&
             (nearest == none ||
              fit.board_to_color[k].T.norm() < fit.board_to_color[nearest].T.norm()))
             nearest = k;

@@ -53,5 +53,6 @@ Action declare_devices(CLI::App &app, const Settings &settings);
 Action declare_probe(CLI::App &app, const Settings &settings);
 Action declare_calibration(CLI::App &app, const Settings &settings); // in its folder
 Action declare_characterise(CLI::App &app, const Settings &settings);
+Action declare_calibrate(CLI::App &app, const Settings &settings);
 
 } // namespace afterglow
