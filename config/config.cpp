@@ -233,8 +233,12 @@ private:
                         "needs rig.calibration, the calibration of both cameras");
             return;
         }
+        // The shipped configuration names every key; one that is as it is there says nothing.
+        Config shipped;
+        const ParameterTable defaults = ParameterTable::of(shipped);
         for (const auto &[key, at] : places_)
-            if (is_of_calibration_file(key))
+            if (is_of_calibration_file(key) &&
+                toml_value(*table_.find(key)) != toml_value(*defaults.find(key)))
                 problem(at, key, "is in the file of rig.calibration, too; leave it out");
         if (config_.estimator.method == Method::paper)
             problem(place, "rig.calibration",
@@ -244,10 +248,6 @@ private:
             problem(place, "rig.calibration",
                     "the depth of recordings is registered to the colour "
                     "camera; the driver replay works without this key");
-        if (places_.contains("tof.registration") && config_.tof.registration)
-            problem(place_of("tof.registration"), "tof.registration",
-                    "true is not allowed with rig.calibration, which tells where the TOF camera "
-                    "itself is");
         const Intrinsics &own = config_.published.pinhole;
         if (config_.published.camera == PublishedCamera::pinhole && !(own.fx > 0 && own.fy > 0))
             problem(place_of("published.camera"), "published.fx, published.fy",

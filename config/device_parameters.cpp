@@ -93,7 +93,7 @@ void add_device_parameters(ParameterTable &table, Config &c) {
               "amplitude.");
     table.add("tof.registration", &c.tof.registration, {},
               "openni2: let the device map depth onto its colour camera; false for a device whose "
-              "depth is registered already.");
+              "depth is registered already. With rig.calibration the device never does.");
     table.add("tof.pairing_tolerance_ms", &c.tof.pairing_tolerance_ms, {0.1, 1000, "ms"},
               "Longest time between an image and the depth map that belongs to it; raise it for "
               "cameras that are not synchronised, to half a frame period at most.");
