@@ -201,8 +201,10 @@ void CaptureSession::publish(const FrameResult &result) {
     event.cpu_ns = cpu_ns_;
     if (result.tof == Capture::frame)
         event.pairing_error_ns = std::abs(result.tof_t_ns - result.t_ns);
+    event.calibration = estimate.calibration;
     if (result.wake_latency)
         event.wake_latency_ns = result.wake_latency->count();
+    calibration_notes_.update(estimate.calibration, outbox_);
     outbox_.frame(event);
     streams_.frame_published(); // wakes the main thread as well
 }

@@ -3,6 +3,7 @@
 
 #include "capture/frame_loop.hpp"
 #include "config/config.hpp"
+#include "daemon/calibration_notes.hpp"
 #include "daemon/outbox.hpp"
 #include "ipc/ring/ring_writer.hpp"
 #include "ipc/ring/stream_notifier.hpp"
@@ -98,6 +99,7 @@ private:
     Time wanted_until_ = Time::min(); ///< a stream was open, and the linger after it
     bool first_ = true;               ///< no frame yet since the cameras were started
     std::uint32_t calibration_ = 1;
+    CalibrationNotes calibration_notes_;
 
     bool color_running_ = false;
     BackOff color_back_off_;

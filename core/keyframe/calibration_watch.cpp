@@ -31,10 +31,10 @@ constexpr double prior_cost = 0.02;
 
 // What makes a part suspect.
 constexpr double deviations = 3;
-constexpr double least_shift = 0.0042; ///< radians, of image directions
-constexpr double least_lag = 0.015;    ///< seconds
+constexpr double least_shift = 0.003; ///< radians, of image directions
+constexpr double least_lag = 0.02;    ///< seconds
 /// The calibration as it is has at most this share of the score of the best.
-constexpr double least_gain = 0.8;
+constexpr double least_gain = 0.85;
 /// Chance makes scores of up to 0.3.
 constexpr double least_score = 0.35;
 constexpr std::size_t least_views = 3;

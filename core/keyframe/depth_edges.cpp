@@ -24,24 +24,27 @@ struct Offset {
     int u, v;
 };
 
-/// The pixels of a 4 x 4 cell, each far from those before it.
+/// The pixels of a 4 x 4 cell, such that each four in turn have one in each row and column: upright
+/// and level edges are met as often as others.
 constexpr std::array<Offset, 16> scattered = {{{0, 0},
-                                               {2, 2},
-                                               {2, 0},
-                                               {0, 2},
-                                               {1, 1},
+                                               {1, 2},
+                                               {2, 1},
                                                {3, 3},
-                                               {3, 1},
+                                               {2, 0},
+                                               {3, 2},
+                                               {0, 1},
                                                {1, 3},
                                                {1, 0},
-                                               {3, 2},
+                                               {2, 2},
+                                               {3, 1},
+                                               {0, 3},
                                                {3, 0},
-                                               {1, 2},
-                                               {0, 1},
-                                               {2, 3},
-                                               {2, 1},
-                                               {0, 3}}};
+                                               {0, 2},
+                                               {1, 1},
+                                               {2, 3}}};
 constexpr int cell = 4;
+/// Edges that one pass over the map may find, for each that is kept.
+constexpr std::size_t room = 16;
 
 /// The next reading from (u, v) on in a direction is further by `step`.
 bool ends_towards(ImageView<const float> z, int u, int v, Offset direction, float step) {
@@ -84,7 +87,7 @@ std::optional<Eigen::Vector2f> outward(ImageView<const float> z, int u, int v, f
 } // namespace
 
 DepthEdges::DepthEdges(int capacity) : capacity_(static_cast<std::size_t>(capacity)) {
-    edges_.reserve(4 * capacity_);
+    edges_.reserve(room * capacity_);
 }
 
 std::span<const DepthEdge> DepthEdges::find(const DepthSurface &surface, const Intrinsics &camera,
@@ -92,9 +95,10 @@ std::span<const DepthEdge> DepthEdges::find(const DepthSurface &surface, const I
     const ImageView<const float> z = surface.z();
     const ImageView<const std::uint8_t> distance = surface.edge_distance();
     edges_.clear();
-    for (const Offset first : scattered) {
-        if (edges_.size() >= capacity_)
+    for (std::size_t pass = 0; pass < scattered.size(); ++pass) {
+        if (pass % cell == 0 && edges_.size() >= capacity_)
             break;
+        const Offset first = scattered[pass];
         for (int v = border + first.v; v < z.height() - border; v += cell)
             for (int u = border + first.u; u < z.width() - border; u += cell) {
                 const float near = z(u, v);
@@ -112,7 +116,7 @@ std::span<const DepthEdge> DepthEdges::find(const DepthSurface &surface, const I
                 edges_.push_back({point(half_pixel), point(half_pixel + beyond_px)});
             }
     }
-    // A pass over the map that found too many is thinned, not cut off.
+    // Too many are thinned, not cut off.
     const std::size_t found = edges_.size(), kept = std::min(found, capacity_);
     for (std::size_t i = 0; i < kept; ++i)
         edges_[i] = edges_[i * found / kept];

@@ -23,6 +23,28 @@ double variance_along(const Eigen::Vector3d &g, const Eigen::Vector3d &X,
     return a.dot(C * a);
 }
 
+/// Mean relative difference of the depths that are so many pixels apart, across or down the map,
+/// whichever is more. No pair counts for more than its whole depth.
+float difference_at(ImageView<const float> z, int distance) {
+    constexpr int grid = 8;
+    if (distance == 0)
+        return 0;
+    const auto along = [&](int du, int dv) {
+        double sum = 0;
+        int count = 0;
+        for (int v = grid / 2; v + dv < z.height(); v += grid)
+            for (int u = grid / 2; u + du < z.width(); u += grid) {
+                const float a = z(u, v), b = z(u + du, v + dv);
+                if (a == 0.0f || b == 0.0f)
+                    continue;
+                sum += std::min(2 * std::abs(a - b) / (a + b), 1.0f);
+                ++count;
+            }
+        return count > 0 ? static_cast<float>(sum / count) : 0.0f;
+    };
+    return std::max(along(distance, 0), along(0, distance));
+}
+
 } // namespace
 
 MapError map_error(const DepthSurface &surface, const Views &views, const Pose &pose,
@@ -72,11 +94,12 @@ MapError map_error(const DepthSurface &surface, const Views &views, const Pose &
     const float count = static_cast<float>(sampled);
     e.motion_px = motion / count;
     e.pose_relative = static_cast<float>(std::sqrt(std::max(0.0, depth_variance / sampled)));
-    const float calibration_px =
-        std::hypot(options.intrinsics * e.motion_px, calibration_shift * static_cast<float>(to.fx));
+    const float calibration_px = options.intrinsics * e.motion_px;
     e.shift_px = std::sqrt(static_cast<float>(std::max(0.0, shift_variance / sampled)) +
                            calibration_px * calibration_px);
     e.slope = surface.slope();
+    e.misplaced = difference_at(
+        surface.z(), static_cast<int>(std::lround(calibration_shift * static_cast<float>(fx))));
     const float spread = std::hypot(options.edge_registration_px, e.shift_px);
     for (std::size_t d = 1; d < e.edge.size(); ++d)
         e.edge[d] = surface.edge_jump() * upper_tail((static_cast<float>(d) - 0.5f) / spread);
@@ -89,7 +112,7 @@ float pixel_error(const MapError &map, const SensorNoise &noise, float shared_no
     // Both the carried reading and the fresh one it is compared with are noisy.
     const float sensor = noise.sigma(z) / z * std::sqrt(1.0f + shared_noise * shared_noise);
     return mean_absolute * (std::hypot(sensor, map.pose_relative) + map.slope * map.shift_px) +
-           map.edge[static_cast<std::size_t>(edge_distance & 7)];
+           map.misplaced + map.edge[static_cast<std::size_t>(edge_distance & 7)];
 }
 
 } // namespace afterglow

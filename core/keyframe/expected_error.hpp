@@ -29,6 +29,7 @@ struct MapError {
     float shift_px = 0;          ///< image position error, one sigma
     float motion_px = 0;         ///< mean image motion since the keyframe
     float slope = 0;             ///< |dz|/z per pixel inside surfaces
+    float misplaced = 0;         ///< depth error by a calibration that is known to be wrong, share
     std::array<float, 8> edge{}; ///< expected relative error by distance from a depth edge
 };
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "afterglow/ring.h"
+#include "core/calibration_state.hpp"
 #include "core/gate.hpp"
 
 #include <cstdint>
@@ -63,6 +64,7 @@ struct FrameEvent {
     std::int64_t cpu_ns = 0;              ///< CPU time of the process in that time
     std::int64_t pairing_error_ns = -1;   ///< between image and measurement; -1: not measured
     std::int64_t wake_latency_ns = -1;    ///< of a light that had to go on for it; -1: none
+    CalibrationState calibration{};       ///< as the measurements so far show it
 };
 
 } // namespace afterglow

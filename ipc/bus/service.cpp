@@ -130,7 +130,28 @@ void DepthService::frame_published(const FrameEvent &event) {
         gate_frame_ = event.frame.index;
         gate_signal_.ask();
     }
+    suspects_changed(event.calibration);
     situation_changed();
+}
+
+/// Tells of parts that have become suspect, and of those that are so no more.
+void DepthService::suspects_changed(const CalibrationState &calibration) {
+    const CalibrationState before = std::exchange(suspects_, calibration);
+    for (std::size_t i = 0; i < calibration_parts; ++i) {
+        const auto part = static_cast<CalibrationPart>(i);
+        const CalibrationFinding &found = calibration[part];
+        if (found.suspect == before[part].suspect)
+            continue;
+        const std::string name(to_string(part));
+        const double unit = calibration_unit(part).per_amount;
+        if (found.suspect)
+            sd_bus_emit_signal(link_.get(), service_path, service_interface, "CalibrationSuspect",
+                               "sdd", name.c_str(), unit * found.amount, unit * found.deviation);
+        else
+            sd_bus_emit_signal(link_.get(), service_path, service_interface, "CalibrationTrusted",
+                               "s", name.c_str());
+        changed("CalibrationSuspects");
+    }
 }
 
 void DepthService::cameras_changed(CameraStates cameras) {

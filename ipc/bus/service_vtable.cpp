@@ -24,6 +24,24 @@ int append(sd_bus_message *reply, bool value) {
 int append(sd_bus_message *reply, std::string_view value) {
     return sd_bus_message_append_basic(reply, 's', std::string(value).c_str());
 }
+/// The parts that are suspect.
+int append(sd_bus_message *reply, const CalibrationState &calibration) {
+    if (const int error = sd_bus_message_open_container(reply, 'a', "(sdd)"); error < 0)
+        return error;
+    for (std::size_t i = 0; i < calibration_parts; ++i) {
+        const auto part = static_cast<CalibrationPart>(i);
+        const CalibrationFinding &found = calibration[part];
+        const double unit = calibration_unit(part).per_amount;
+        if (!found.suspect)
+            continue;
+        if (const int error =
+                sd_bus_message_append(reply, "(sdd)", std::string(to_string(part)).c_str(),
+                                      unit * found.amount, unit * found.deviation);
+            error < 0)
+            return error;
+    }
+    return sd_bus_message_close_container(reply);
+}
 
 } // namespace
 
@@ -107,6 +125,10 @@ std::vector<sd_bus_vtable> DepthService::Vtable::make() {
         SD_BUS_SIGNAL_WITH_NAMES("CameraLost", "ss", SD_BUS_PARAM(camera) SD_BUS_PARAM(reason), 0),
         SD_BUS_SIGNAL_WITH_NAMES("CameraFound", "s", SD_BUS_PARAM(camera), 0),
         SD_BUS_SIGNAL("RequestsChanged", "", 0),
+        SD_BUS_SIGNAL_WITH_NAMES("CalibrationSuspect", "sdd",
+                                 SD_BUS_PARAM(part) SD_BUS_PARAM(amount) SD_BUS_PARAM(deviation),
+                                 0),
+        SD_BUS_SIGNAL_WITH_NAMES("CalibrationTrusted", "s", SD_BUS_PARAM(part), 0),
     };
     for (const PolicyProperty &property : policy_properties())
         table.push_back(SD_BUS_WRITABLE_PROPERTY(property.name, property.type, get_policy,
@@ -122,6 +144,8 @@ std::vector<sd_bus_vtable> DepthService::Vtable::make() {
         SD_BUS_PROPERTY("ColorCamera", "s", get<&Service::color_camera>, 0, announced),
         SD_BUS_PROPERTY("TofCamera", "s", get<&Service::tof_camera>, 0, announced),
         SD_BUS_PROPERTY("Calibration", "s", get<&Service::calibration>, 0, announced),
+        SD_BUS_PROPERTY("CalibrationSuspects", "a(sdd)", get<&Service::calibration_suspects>, 0,
+                        announced),
         SD_BUS_PROPERTY("FramesPublished", "t", count<&Statistics::published>, 0, 0),
         SD_BUS_PROPERTY("FramesMeasured", "t", count<&Statistics::measured>, 0, 0),
         SD_BUS_PROPERTY("FramesEstimated", "t", count<&Statistics::estimated>, 0, 0),

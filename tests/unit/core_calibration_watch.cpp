@@ -1,0 +1,265 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// Depth edges against image edges: what is wrong with a calibration is said, and nothing else.
+#include "core/keyframe/calibration_watch.hpp"
+#include "core/pipeline.hpp"
+#include "tests/allocation_count.hpp"
+#include "tests/catch.hpp"
+#include "tests/wrong_rig.hpp"
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <numbers>
+#include <random>
+#include <utility>
+#include <vector>
+
+using namespace afterglow;
+using namespace afterglow::testing;
+
+namespace {
+
+constexpr double degree = std::numbers::pi / 180;
+constexpr int levels = 4;
+
+/// A watch that is shown measurements of a rig, half a second apart.
+class Watched {
+public:
+    Watched(const SyntheticOptions &options, const Miscalibration &wrong)
+        : rig(options, wrong), surface_(rig.camera(), {}),
+          image_(rig.camera().width, rig.camera().height, levels), watch(rig.camera(), levels) {}
+
+    void measure(int times) {
+        for (int i = 0; i < times; ++i, ++measurements_) {
+            const double t_s = 0.5 * measurements_;
+            rig.look(t_s, static_cast<std::uint64_t>(measurements_));
+            surface_.build(rig.depth, pool_);
+            image_.build(rig.luma);
+            const std::uint64_t before = allocation_count();
+            watch.add(surface_, rig.camera(), Pose::identity(), image_, rig.rate(t_s));
+            const std::uint64_t after = allocation_count();
+            CHECK(after == before);
+        }
+    }
+    /// The names of what is suspect after so many measurements.
+    std::vector<std::string> suspects_after(int times) {
+        measure(times);
+        std::vector<std::string> names;
+        for (std::size_t i = 0; i < calibration_parts; ++i)
+            if (watch.state().parts[i].suspect)
+                names.emplace_back(to_string(static_cast<CalibrationPart>(i)));
+        return names;
+    }
+
+    WrongRig rig;
+
+private:
+    WorkerPool pool_ = WorkerPool(1);
+    DepthSurface surface_;
+    Pyramid image_;
+    int measurements_ = 0;
+
+public:
+    CalibrationWatch watch;
+};
+
+using Names = std::vector<std::string>;
+
+Twist turned(double x, double y, double z) {
+    return (Twist() << 0, 0, 0, x * degree, y * degree, z * degree).finished();
+}
+Twist moved(double x, double y, double z) {
+    return (Twist() << x, y, z, 0, 0, 0).finished();
+}
+
+/// Mean distance, pixels of the image, between where a calibration puts points of the TOF camera
+/// and where they belong.
+double misplaced(const Intrinsics &camera, const Pose &calibrated, double focal_scale,
+                 const Pose &truth, double focal) {
+    double sum = 0;
+    int count = 0;
+    for (const double z : {1.0, 2.0, 4.0})
+        for (int v = 40; v < camera.height; v += 80)
+            for (int u = 40; u < camera.width; u += 80, ++count) {
+                const Eigen::Vector3d assumed = camera.back_project(u, v, z);
+                const Eigen::Vector3d real{assumed.x() / (1 - focal), assumed.y() / (1 - focal), z};
+                Intrinsics scaled = camera;
+                scaled.fx *= focal_scale;
+                scaled.fy *= focal_scale;
+                sum += (scaled.project(calibrated * assumed) - camera.project(truth * real)).norm();
+            }
+    return sum / count;
+}
+
+} // namespace
+
+TEST_CASE("a calibration that is right is not suspect, whether the camera moves or not", "[core]") {
+    const auto [seed, motion] = GENERATE(table<std::uint64_t, double>({{1, 1}, {3, 1}, {2, 0}}));
+    Watched rig({.seed = seed, .motion = motion}, {});
+    CHECK(rig.suspects_after(10) == Names{});
+    CHECK(rig.watch.shift() == 0.0f);
+    CHECK(rig.watch.correction().T.norm() == 0);
+    CHECK(rig.watch.focal_scale() == 1);
+}
+
+TEST_CASE("a TOF camera that is turned by two degrees is suspect, by how much, and corrected",
+          "[core]") {
+    const auto [x, y, z, motion] = GENERATE(
+        table<double, double, double, double>({{2, 0, 0, 1}, {0, -2, 0, 0}, {0, 0, 2, 1}}));
+    const Twist wrong = turned(x, y, z);
+    Watched rig({.seed = 2, .motion = motion}, {.color_from_tof = wrong});
+    CHECK(rig.suspects_after(6) == Names{"rotation"});
+    const CalibrationFinding found = rig.watch.state()[CalibrationPart::rotation];
+    CHECK(found.amount == Approx(2 * degree).margin(0.3 * degree));
+    const Intrinsics &camera = rig.rig.camera();
+    const Pose truth = afterglow::exp(wrong);
+    CHECK(misplaced(camera, rig.watch.correction(), rig.watch.focal_scale(), truth, 0) <
+          0.25 * misplaced(camera, Pose::identity(), 1, truth, 0));
+    CHECK(rig.watch.shift() > 3 * rig.watch.corrected_shift());
+}
+
+TEST_CASE("a focal length that is wrong by three percent is suspect and corrected", "[core]") {
+    const double focal = GENERATE(0.03, -0.03);
+    Watched rig({.seed = 2, .motion = 1}, {.focal = focal});
+    CHECK(rig.suspects_after(6) == Names{"focal-length"});
+    CHECK(rig.watch.state()[CalibrationPart::focal_length].amount == Approx(focal).margin(0.008));
+    const Intrinsics &camera = rig.rig.camera();
+    CHECK(misplaced(camera, rig.watch.correction(), rig.watch.focal_scale(), {}, focal) <
+          0.4 * misplaced(camera, Pose::identity(), 1, {}, focal));
+}
+
+// Seen from one distance a shift looks like a turn, and either will do.
+TEST_CASE("a TOF camera that is ten millimetres off is suspect and corrected", "[core]") {
+    const double x = GENERATE(0.01, -0.01);
+    Watched rig({.seed = 5, .motion = 1}, {.color_from_tof = moved(x, 0, 0)});
+    CHECK(rig.suspects_after(10).size() == 1);
+    const Intrinsics &camera = rig.rig.camera();
+    const Pose truth = afterglow::exp(moved(x, 0, 0));
+    CHECK(misplaced(camera, rig.watch.correction(), rig.watch.focal_scale(), truth, 0) <
+          0.6 * misplaced(camera, Pose::identity(), 1, truth, 0));
+}
+
+TEST_CASE("depth that is exposed 30 ms early or late is suspect where the camera moves", "[core]") {
+    const double lag_s = GENERATE(0.03, -0.03);
+    Watched rig({.seed = 2, .motion = 1}, {.lag_s = lag_s});
+    CHECK(rig.suspects_after(10) == Names{"lag"});
+    CHECK(rig.watch.state()[CalibrationPart::lag].amount == Approx(lag_s).margin(0.008));
+    CHECK(rig.watch.shift() == 0.0f);
+}
+
+TEST_CASE("a calibration is trusted again when images and depth agree again", "[core]") {
+    const SyntheticOptions options{.seed = 2, .motion = 0};
+    Watched wrong(options, {.color_from_tof = turned(0, 2, 0)});
+    REQUIRE(wrong.suspects_after(5) == Names{"rotation"});
+    WrongRig right(options, {});
+    DepthSurface surface(right.camera(), {});
+    Pyramid image(right.camera().width, right.camera().height, levels);
+    WorkerPool pool(1);
+    int needed = 0;
+    for (; needed < 20 && wrong.watch.state().suspect(); ++needed) {
+        right.look(0, static_cast<std::uint64_t>(needed));
+        surface.build(right.depth, pool);
+        image.build(right.luma);
+        wrong.watch.add(surface, right.camera(), Pose::identity(), image, Twist::Zero());
+    }
+    CHECK(needed > 1); // one measurement does not make it well
+    CHECK(needed < 20);
+    CHECK(wrong.watch.shift() == 0.0f);
+}
+
+TEST_CASE("what says nothing of the calibration changes nothing", "[core]") {
+    const Intrinsics camera{525, 525, 319.5, 239.5, 640, 480};
+    WorkerPool pool(1);
+    DepthSurface surface(camera, {});
+    Pyramid image(camera.width, camera.height, levels);
+    CalibrationWatch watch(camera, levels);
+    std::mt19937 random(1);
+    DepthMap box(camera.width, camera.height, std::uint16_t{2000});
+    for (int v = 120; v < 360; ++v)
+        for (int u = 200; u < 440; ++u)
+            box(u, v) = 1000;
+    Luma noise(camera.width, camera.height);
+
+    SECTION("maps without depth or without edges") {
+        for (const int depth : {0, 1500}) {
+            surface.build(DepthMap(camera.width, camera.height, static_cast<std::uint16_t>(depth)),
+                          pool);
+            image.build(noise);
+            for (int i = 0; i < 4; ++i)
+                watch.add(surface, camera, Pose::identity(), image, Twist::Zero());
+        }
+    }
+    SECTION("images that are black") {
+        surface.build(box, pool);
+        image.build(noise);
+        for (int i = 0; i < 6; ++i)
+            watch.add(surface, camera, Pose::identity(), image, Twist::Zero());
+    }
+    SECTION("images that are noise") {
+        surface.build(box, pool);
+        for (int i = 0; i < 10; ++i) {
+            for (std::uint8_t &pixel : noise.pixels())
+                pixel = static_cast<std::uint8_t>(random());
+            image.build(noise);
+            watch.add(surface, camera, Pose::identity(), image, Twist::Zero());
+        }
+    }
+    SECTION("a motion or a pose that is not a number") {
+        surface.build(box, pool);
+        image.build(noise);
+        const double nan = std::numeric_limits<double>::quiet_NaN();
+        Pose nowhere;
+        nowhere.T.setConstant(nan);
+        for (int i = 0; i < 6; ++i) {
+            watch.add(surface, camera, Pose::identity(), image, Twist::Constant(nan));
+            watch.add(surface, camera, nowhere, image, Twist::Zero());
+            watch.add(surface, camera, Pose::identity(), image, Twist::Constant(1e30));
+        }
+    }
+    CHECK_FALSE(watch.state().suspect());
+    CHECK(watch.shift() == 0.0f);
+    CHECK(watch.correction().is_finite());
+    CHECK(watch.focal_scale() == 1);
+}
+
+TEST_CASE("estimates of a rig whose calibration is wrong are expected to be so", "[core]") {
+    WrongRig rig({.seed = 2, .motion = 1}, {.color_from_tof = turned(0, 2, 0)});
+    WorkerPool pool(1);
+    const CameraModel camera{.pinhole = rig.camera()};
+    const RigGeometry told({.color = camera, .tof = camera}, camera, Pose::identity());
+    const auto pipeline = pipeline_factory({}, pool)(told);
+    constexpr int frames = 64, interval = 6;
+    double true_sum = 0, expected_sum = 0;
+    int worse = 0, estimates = 0;
+    for (int k = 0; k < frames; ++k) {
+        const double t_s = k / 30.0;
+        rig.look(t_s, static_cast<std::uint64_t>(k));
+        const Estimate &estimate = pipeline->track(rig.luma, k * std::int64_t{33'333'333});
+        if (k % interval == 0) {
+            pipeline->measure(rig.depth);
+            continue;
+        }
+        if (!estimate.calibration.suspect())
+            continue;
+        double sum = 0;
+        int count = 0;
+        for (int v = 0; v < rig.camera().height; v += 2)
+            for (int u = 0; u < rig.camera().width; u += 2) {
+                const float z = rig.true_depth()(u, v);
+                if (z == 0.0f || estimate.depth(u, v) == 0)
+                    continue;
+                sum += std::abs(0.001 * estimate.depth(u, v) / z - 1);
+                ++count;
+            }
+        REQUIRE(count > 1000);
+        const double mre = 100 * sum / count;
+        true_sum += mre;
+        expected_sum += estimate.expected_mre;
+        worse += mre > 1.5 * estimate.expected_mre;
+        ++estimates;
+    }
+    REQUIRE(estimates > 10);
+    CHECK(worse == 0);
+    CHECK(true_sum < expected_sum);
+}
