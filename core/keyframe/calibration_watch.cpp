@@ -103,7 +103,11 @@ Explanation explain(const Matrix9 &H, const RigError &g, unsigned parts) {
 
 CalibrationWatch::CalibrationWatch(const Intrinsics &camera, int levels)
     : level_(level_for(camera, levels)), camera_(camera.at_level(level_)), finder_(edges),
-      views_(views, EdgeView(camera_, edges)), profiles_(views, EdgeProfiles(edges)) {}
+      profiles_(views, EdgeProfiles(edges)) {
+    views_.reserve(views);
+    for (std::size_t i = 0; i < views; ++i)
+        views_.emplace_back(camera_, edges); // a copy would have no room
+}
 
 void CalibrationWatch::add(const DepthSurface &surface, const Intrinsics &surface_camera,
                            const Pose &pose, const Pyramid &image, const Twist &rate) {

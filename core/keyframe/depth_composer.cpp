@@ -34,6 +34,7 @@ DepthComposer::DepthComposer(const Views &views, const KeyframeOptions &options,
       compared_(MotionMask::cells(camera_.width), MotionMask::cells(camera_.height)) {}
 
 void DepthComposer::clear() {
+    misplaced_ = 0;
     std::ranges::fill(depth_.pixels(), std::uint16_t{0});
     std::ranges::fill(confidence_.pixels(), std::uint8_t{0});
     covered_ = 0;
@@ -73,10 +74,12 @@ void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const P
 
 /// Writes what was warped into the pixels that are still empty.
 void DepthComposer::merge(const MapError &error, const DepthSurface &surface, float error_scale) {
+    misplaced_ = std::max(misplaced_, error.misplaced);
     ConfidenceTable table;
     for (int d = 0; d <= DepthSurface::far_from_edge; ++d)
         for (int b = 0; b < z_bins; ++b)
             table[static_cast<std::size_t>(d)][static_cast<std::size_t>(b)] = estimated_confidence(
+                error.misplaced +
                 error_scale * pixel_error(error, surface.noise(), options_.error.shared_noise,
                                           (static_cast<float>(b) + 0.5f) * z_bin_m, d));
     std::atomic<int> added = 0;
@@ -164,7 +167,8 @@ ImageView<const ComparedErrors> DepthComposer::compare(DepthView measured) {
                 continue;
             ComparedErrors &errors = compared_(u / cell, v / cell);
             errors.true_sum += std::abs(shown - truth) / static_cast<double>(truth);
-            errors.expected_sum += expected_error(confidence_(u, v));
+            errors.expected_sum +=
+                std::max(expected_error(confidence_(u, v)) - misplaced_, confidence_step);
             ++errors.pixels;
         }
     return compared_;

@@ -78,6 +78,7 @@ private:
     Image<std::uint8_t> confidence_;
     Image<ComparedErrors> compared_;
     int covered_ = 0;
+    float misplaced_ = 0; ///< MapError's, the most of the maps drawn
 };
 
 } // namespace afterglow

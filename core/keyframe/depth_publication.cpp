@@ -12,7 +12,8 @@ constexpr float enough_coverage = 0.98f;
 constexpr float least_fill = 0.05f;
 
 /// Mean relative error expected of a map's own pixels.
-float fresh_error(const Keyframe &fresh, const Views &views, const KeyframeOptions &options) {
+float fresh_error(const Keyframe &fresh, const Views &views, const KeyframeOptions &options,
+                  float error_scale) {
     constexpr int step = 8;
     const DepthSurface &surface = fresh.surface;
     const Intrinsics &camera = views.surface;
@@ -30,7 +31,7 @@ float fresh_error(const Keyframe &fresh, const Views &views, const KeyframeOptio
             sum += pixel_error(error, surface.noise(), options.error.shared_noise, z, distance);
             ++count;
         }
-    return count > 0 ? static_cast<float>(sum / count) : 0.0f;
+    return count > 0 ? error.misplaced + error_scale * static_cast<float>(sum / count) : 0.0f;
 }
 
 /// Share of the pixels that have depth.
@@ -101,7 +102,7 @@ const Estimate &DepthPublication::measured(DepthView depth, const Keyframe &fres
     measured_ns_ = t_ns_;
     measured_from_world_ = from_world;
     fresh_fill_ = std::max(fill(depth), least_fill);
-    fresh_mre_ = 100 * error_scale_.scale() * fresh_error(fresh, views_, options_);
+    fresh_mre_ = 100 * fresh_error(fresh, views_, options_, error_scale_.scale());
     estimate_.age_frames = 0;
     estimate_.calibration = calibration;
     estimate_.wants_measurement = false;

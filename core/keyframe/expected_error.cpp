@@ -112,7 +112,7 @@ float pixel_error(const MapError &map, const SensorNoise &noise, float shared_no
     // Both the carried reading and the fresh one it is compared with are noisy.
     const float sensor = noise.sigma(z) / z * std::sqrt(1.0f + shared_noise * shared_noise);
     return mean_absolute * (std::hypot(sensor, map.pose_relative) + map.slope * map.shift_px) +
-           map.misplaced + map.edge[static_cast<std::size_t>(edge_distance & 7)];
+           map.edge[static_cast<std::size_t>(edge_distance & 7)];
 }
 
 } // namespace afterglow

@@ -25,11 +25,13 @@ struct ErrorOptions {
 
 /// How wrong one carried map is expected to be; everything a per-pixel error needs.
 struct MapError {
-    float pose_relative = 0;     ///< depth error by pose error, share of depth, one sigma
-    float shift_px = 0;          ///< image position error, one sigma
-    float motion_px = 0;         ///< mean image motion since the keyframe
-    float slope = 0;             ///< |dz|/z per pixel inside surfaces
-    float misplaced = 0;         ///< depth error by a calibration that is known to be wrong, share
+    float pose_relative = 0; ///< depth error by pose error, share of depth, one sigma
+    float shift_px = 0;      ///< image position error, one sigma
+    float motion_px = 0;     ///< mean image motion since the keyframe
+    float slope = 0;         ///< |dz|/z per pixel inside surfaces
+    /// Share of the depth, of a calibration that is known to be wrong. Maps agree about it, so that
+    /// measurements cannot tell: it is not part of pixel_error().
+    float misplaced = 0;
     std::array<float, 8> edge{}; ///< expected relative error by distance from a depth edge
 };
 

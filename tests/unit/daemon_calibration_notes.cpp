@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "daemon/calibration_notes.hpp"
+#include "tests/catch.hpp"
+
+#include <sys/eventfd.h>
+
+#include <string>
+#include <vector>
+
+using namespace afterglow;
+
+TEST_CASE("a suspect calibration is one line in the log when it begins and one when it ends",
+          "[daemon]") {
+    Outbox outbox(UniqueFd(::eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC)));
+    CalibrationNotes notes;
+    std::vector<std::string> lines;
+    const auto update = [&](const CalibrationState &state) {
+        notes.update(state, outbox);
+        for (Note note; outbox.next_note(note);)
+            lines.emplace_back(note.sentence());
+    };
+    CalibrationState state;
+    update(state);
+    state[CalibrationPart::translation] = {0.004f, 0.001f, false};
+    update(state);
+    CHECK(lines.empty());
+
+    state[CalibrationPart::translation] = {0.0104f, 0.0012f, true};
+    update(state);
+    state[CalibrationPart::translation] = {0.0110f, 0.0010f, true};
+    update(state);
+    CHECK(lines == std::vector<std::string>{
+                       "the calibration is suspect: images and depth disagree as if the "
+                       "translation were wrong by 10.40 mm (deviation 1.20)"});
+    update({});
+    update({});
+    REQUIRE(lines.size() == 2);
+    CHECK(lines[1] == "the calibration's translation is no longer suspect");
+}
