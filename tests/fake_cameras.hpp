@@ -41,7 +41,7 @@ struct FakeCameras {
     std::uint64_t sequence = 0;   ///< of the image to come
     std::uint16_t depth_mm = 1500;
     std::string problem = "the fake camera was told to fail";
-    std::string tof_warning;
+    std::string tof_warning{};
 
     /// The image that is due: a still picture with enough texture to be tracked.
     void give_image(ColorFrame &frame) {

@@ -244,110 +244,109 @@ TEST_CASE("the D-Bus service tells the calibration of two cameras, and when it c
     });
     CHECK(heard == std::vector{"Calibration " + calibration_toml(*config.calibration.rig)});
     CHECK(calibration(daemon) == calibration_toml(*config.calibration.rig));
+}
 
-    TEST_CASE("the D-Bus service tells which part of the calibration is suspect, and by how much",
-              "[ipc]") {
-        BusService daemon;
-        Client listener(daemon.bus.address());
-        std::vector<std::string> heard;
-        const auto on_signal = [](sd_bus_message *message, void *list, sd_bus_error *) {
+TEST_CASE("the D-Bus service tells which part of the calibration is suspect, and by how much",
+          "[ipc]") {
+    BusService daemon;
+    Client listener(daemon.bus.address());
+    std::vector<std::string> heard;
+    const auto on_signal = [](sd_bus_message *message, void *list, sd_bus_error *) {
+        const char *part = "";
+        double amount = 0, deviation = 0;
+        sd_bus_message_read(message, "s", &part);
+        sd_bus_message_read(message, "dd", &amount, &deviation);
+        static_cast<std::vector<std::string> *>(list)->push_back(fmt::format(
+            "{} {} {:.1f} {:.1f}", sd_bus_message_get_member(message), part, amount, deviation));
+        return 0;
+    };
+    for (const char *signal : {"CalibrationSuspect", "CalibrationTrusted"})
+        REQUIRE(sd_bus_match_signal(listener.bus.get(), nullptr, name, path, name, signal,
+                                    on_signal, &heard) >= 0);
+    const auto suspects = [&] {
+        return daemon.serve([&] {
+            sd_bus_message *reply = nullptr;
+            std::string list;
+            if (sd_bus_get_property(listener.bus.get(), name, path, name, "CalibrationSuspects",
+                                    nullptr, &reply, "a(sdd)") < 0)
+                return std::string("no answer");
+            sd_bus_message_enter_container(reply, 'a', "(sdd)");
             const char *part = "";
             double amount = 0, deviation = 0;
-            sd_bus_message_read(message, "s", &part);
-            sd_bus_message_read(message, "dd", &amount, &deviation);
-            static_cast<std::vector<std::string> *>(list)->push_back(
-                fmt::format("{} {} {:.1f} {:.1f}", sd_bus_message_get_member(message), part, amount,
-                            deviation));
-            return 0;
-        };
-        for (const char *signal : {"CalibrationSuspect", "CalibrationTrusted"})
-            REQUIRE(sd_bus_match_signal(listener.bus.get(), nullptr, name, path, name, signal,
-                                        on_signal, &heard) >= 0);
-        const auto suspects = [&] {
-            return daemon.serve([&] {
-                sd_bus_message *reply = nullptr;
-                std::string list;
-                if (sd_bus_get_property(listener.bus.get(), name, path, name, "CalibrationSuspects",
-                                        nullptr, &reply, "a(sdd)") < 0)
-                    return std::string("no answer");
-                sd_bus_message_enter_container(reply, 'a', "(sdd)");
-                const char *part = "";
-                double amount = 0, deviation = 0;
-                while (sd_bus_message_read(reply, "(sdd)", &part, &amount, &deviation) > 0)
-                    list += fmt::format("{} {:.1f} {:.1f};", part, amount, deviation);
-                sd_bus_message_unref(reply);
-                return list;
-            });
-        };
-        FrameEvent event = {};
+            while (sd_bus_message_read(reply, "(sdd)", &part, &amount, &deviation) > 0)
+                list += fmt::format("{} {:.1f} {:.1f};", part, amount, deviation);
+            sd_bus_message_unref(reply);
+            return list;
+        });
+    };
+    FrameEvent event = {};
+    daemon.publish(event);
+    CHECK(suspects().empty());
+    event.calibration[CalibrationPart::rotation] = {0.0349066f, 0.00174533f, true};
+    event.calibration[CalibrationPart::focal_length] = {-0.03f, 0.002f, true};
+    event.calibration[CalibrationPart::lag] = {0.005f, 0.002f, false};
+    daemon.publish(event);
+    daemon.publish(event);
+    CHECK(suspects() == "rotation 2.0 0.1;focal-length -3.0 0.2;");
+    event.calibration[CalibrationPart::rotation] = {};
+    daemon.publish(event);
+    CHECK(suspects() == "focal-length -3.0 0.2;");
+    while (sd_bus_process(listener.bus.get(), nullptr) > 0) {
+    }
+    CHECK(heard == std::vector<std::string>{"CalibrationSuspect rotation 2.0 0.1",
+                                            "CalibrationSuspect focal-length -3.0 0.2",
+                                            "CalibrationTrusted rotation 0.0 0.0"});
+}
+
+TEST_CASE("the D-Bus service announces each change of the gate, and many at once as one", "[ipc]") {
+    BusService daemon;
+    Client listener(daemon.bus.address());
+    std::vector<std::string> heard;
+    REQUIRE(sd_bus_match_signal(
+                listener.bus.get(), nullptr, name, path, name, "GateChanged",
+                [](sd_bus_message *message, void *list, sd_bus_error *) {
+                    int lit = 0;
+                    const char *reason = "";
+                    std::uint64_t frame = 0;
+                    sd_bus_message_read(message, "bst", &lit, &reason, &frame);
+                    static_cast<std::vector<std::string> *>(list)->push_back(
+                        std::to_string(lit) + " " + reason + " " + std::to_string(frame));
+                    return 0;
+                },
+                &heard) >= 0);
+    for (int i = 0; i < 1000; ++i) {
+        FrameEvent event{};
+        event.reason = i % 2 == 0 ? GateReason::error : GateReason::none;
         daemon.publish(event);
-        CHECK(suspects().empty());
-        event.calibration[CalibrationPart::rotation] = {0.0349066f, 0.00174533f, true};
-        event.calibration[CalibrationPart::focal_length] = {-0.03f, 0.002f, true};
-        event.calibration[CalibrationPart::lag] = {0.005f, 0.002f, false};
-        daemon.publish(event);
-        daemon.publish(event);
-        CHECK(suspects() == "rotation 2.0 0.1;focal-length -3.0 0.2;");
-        event.calibration[CalibrationPart::rotation] = {};
-        daemon.publish(event);
-        CHECK(suspects() == "focal-length -3.0 0.2;");
+    }
+    FrameEvent last{};
+    last.reason = GateReason::coverage;
+    daemon.publish(last);
+    const std::string end = "1 coverage 1000";
+    daemon.run_until([&] {
         while (sd_bus_process(listener.bus.get(), nullptr) > 0) {
         }
-        CHECK(heard == std::vector<std::string>{"CalibrationSuspect rotation 2.0 0.1",
-                                                "CalibrationSuspect focal-length -3.0 0.2",
-                                                "CalibrationTrusted rotation 0.0 0.0"});
-    }
+        return !heard.empty() && heard.back() == end;
+    });
+    CHECK(heard.front() == "1 error 0");
+    CHECK(heard.size() < 100); // of 1001 changes
+}
 
-    TEST_CASE("the D-Bus service announces each change of the gate, and many at once as one",
-              "[ipc]") {
-        BusService daemon;
-        Client listener(daemon.bus.address());
-        std::vector<std::string> heard;
-        REQUIRE(sd_bus_match_signal(
-                    listener.bus.get(), nullptr, name, path, name, "GateChanged",
-                    [](sd_bus_message *message, void *list, sd_bus_error *) {
-                        int lit = 0;
-                        const char *reason = "";
-                        std::uint64_t frame = 0;
-                        sd_bus_message_read(message, "bst", &lit, &reason, &frame);
-                        static_cast<std::vector<std::string> *>(list)->push_back(
-                            std::to_string(lit) + " " + reason + " " + std::to_string(frame));
-                        return 0;
-                    },
-                    &heard) >= 0);
-        for (int i = 0; i < 1000; ++i) {
-            FrameEvent event{};
-            event.reason = i % 2 == 0 ? GateReason::error : GateReason::none;
-            daemon.publish(event);
-        }
-        FrameEvent last{};
-        last.reason = GateReason::coverage;
-        daemon.publish(last);
-        const std::string end = "1 coverage 1000";
-        daemon.run_until([&] {
-            while (sd_bus_process(listener.bus.get(), nullptr) > 0) {
-            }
-            return !heard.empty() && heard.back() == end;
-        });
-        CHECK(heard.front() == "1 error 0");
-        CHECK(heard.size() < 100); // of 1001 changes
-    }
+TEST_CASE("the reader library tells a missing bus from a missing daemon", "[ipc]") {
+    afterglow_stream *stream = nullptr;
+    CHECK(open_stream("unix:path=/nowhere/bus", &stream) == -ENOENT);
+    CHECK(open_stream("nonsense", &stream) == -ECONNREFUSED);
+    CHECK(stream == nullptr);
+    const PrivateBus bus;
+    CHECK(open_stream(bus.address(), &stream) == -EHOSTUNREACH);
+    CHECK(stream == nullptr);
+}
 
-    TEST_CASE("the reader library tells a missing bus from a missing daemon", "[ipc]") {
-        afterglow_stream *stream = nullptr;
-        CHECK(open_stream("unix:path=/nowhere/bus", &stream) == -ENOENT);
-        CHECK(open_stream("nonsense", &stream) == -ECONNREFUSED);
-        CHECK(stream == nullptr);
-        const PrivateBus bus;
-        CHECK(open_stream(bus.address(), &stream) == -EHOSTUNREACH);
-        CHECK(stream == nullptr);
-    }
-
-    TEST_CASE("the end of the D-Bus service's streams is told to readers", "[ipc]") {
-        auto daemon = std::make_unique<BusService>();
-        int error = 0;
-        const Stream stream = daemon->serve([&] { return open_on(daemon->bus.address(), error); });
-        REQUIRE(error == 0);
-        daemon.reset();
-        CHECK(afterglow_wait(stream.get(), -1) == -EPIPE);
-    }
+TEST_CASE("the end of the D-Bus service's streams is told to readers", "[ipc]") {
+    auto daemon = std::make_unique<BusService>();
+    int error = 0;
+    const Stream stream = daemon->serve([&] { return open_on(daemon->bus.address(), error); });
+    REQUIRE(error == 0);
+    daemon.reset();
+    CHECK(afterglow_wait(stream.get(), -1) == -EPIPE);
+}
