@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/v4l2/device.hpp"
-#include "drivers/v4l2/negotiate.hpp"
 #include "drivers/v4l2/luma_reader.hpp"
+#include "drivers/v4l2/negotiate.hpp"
 #include "tests/catch.hpp"
 #include "tests/fake_v4l2.hpp"
 

@@ -127,8 +127,8 @@ struct afterglow_frame {
     float expected_mre;       /* predicted mean relative error, percent; negative: not predicted */
     float coverage;           /* percent of the pixels with depth */
 
-    /* The camera that depth and confidence are seen by, pixels; (0, 0) is the centre of the top left
-     * pixel. See also `lens`. Another `calibration` is another camera: it counts from 1. */
+    /* The camera that depth and confidence are seen by, pixels; (0, 0) is the centre of the top
+     * left pixel. See also `lens`. Another `calibration` is another camera: it counts from 1. */
     uint32_t calibration;
     /* Counts worlds, from 1: another one says that the tracking was lost, and that poses in it have
      * nothing to do with earlier ones. 0: there is none yet. */
