@@ -242,5 +242,5 @@ TEST_CASE("a board that is larger than it is said to be is told by its depth") {
     const Assessment assessment = assess(*found, board, views, {});
     CHECK(assessment.verdict == Verdict::not_usable);
     CHECK(mentions(fmt::format("{}", fmt::join(assessment.reasons, "\n")),
-                   "a side of the board has 49.5"));
+                   "a side of the board has 49."));
 }

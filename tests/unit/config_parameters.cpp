@@ -168,6 +168,7 @@ TEST_CASE("a printed configuration loads again to the same configuration") {
         CHECK(toml_value(row) != before);
     }
     config.color.camera.cx = config.color.camera.cy = 7.5; // not above width and height
+    config.published.pinhole.cx = config.published.pinhole.cy = 7.5;
     config.estimator.keyframe.surface.nearest_m = 0.2f;
     const TemporaryFolder folder;
     const Result<Config> loaded = load_config(folder.write("a.toml", to_toml(config)));

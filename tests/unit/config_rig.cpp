@@ -82,14 +82,16 @@ TEST_CASE("a relative calibration file lies beside the file that names it", "[co
     CHECK(folder.load(room + rig)->calibration.file == folder.folder / "rig.toml");
     CHECK(folder.problems(room + "rig.calibration = \"" + (folder.folder / "rig.toml") + "\"\n")
               .empty());
-    folder.folder.write("a.toml.d/b.toml", "rig.calibration = \"other.toml\"\n");
+    folder.folder.write("a.toml.d/b.toml", "rig.calibration = \"other.rig\"\n");
     CHECK(folder.problems(room + rig) == "a.toml.d/b.toml:1: rig.calibration: "
-                                         "a.toml.d/other.toml: cannot be read: No such file or "
+                                         "a.toml.d/other.rig: cannot be read: No such file or "
                                          "directory");
     RigCalibration other = test_rig();
     other.color.pinhole.fx = 90;
-    folder.folder.write("a.toml.d/other.toml", calibration_toml(other));
-    CHECK(folder.load(room + rig)->color.camera.fx == 90);
+    folder.folder.write("a.toml.d/other.rig", calibration_toml(other));
+    const Result<Config> config = folder.load(room + rig);
+    REQUIRE(config);
+    CHECK(config->color.camera.fx == 90);
 }
 
 TEST_CASE("what is wrong in a calibration file is said with its name and line", "[config]") {

@@ -8,6 +8,7 @@
 #include <sys/socket.h>
 
 #include <cerrno>
+#include <chrono>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -189,6 +190,7 @@ TEST_CASE("a stream of two sizes goes on in another memory of the same sizes", "
     REQUIRE(ring.writer().renew(false));
     for (int i = 0; i < 2; ++i)
         ring.publish();
+    REQUIRE(stream.wait(std::chrono::seconds(10))); // for the other memory
     const auto &frame = stream.read_latest();
     REQUIRE(frame);
     CHECK(is_whole(*frame));
