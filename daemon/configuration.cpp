@@ -56,12 +56,15 @@ std::vector<std::string> restart_needed(Config running, Config read) {
     const bool has_file = running.calibration.rig || read.calibration.rig;
     const bool file_waits =
         live ? !(live->rig == geometry(read).rig) : running.calibration.rig != read.calibration.rig;
+    const auto needs_restart = [&](const Parameter &row) {
+        if (row.key == "rig.calibration" && file_waits)
+            return true;
+        return !is_live(row.key) && !(has_file && is_of_calibration_file(row.key)) &&
+               toml_value(row) != toml_value(*now.find(row.key));
+    };
     std::vector<std::string> keys;
     for (const Parameter &row : before.rows())
-        if (row.key == "rig.calibration" && file_waits)
-            keys.emplace_back(row.key);
-        else if (!is_live(row.key) && !(has_file && is_of_calibration_file(row.key)) &&
-                 toml_value(row) != toml_value(*now.find(row.key)))
+        if (needs_restart(row))
             keys.emplace_back(row.key);
     return keys;
 }
