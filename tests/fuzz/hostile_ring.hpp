@@ -99,7 +99,7 @@ public:
     }
 
 private:
-    static constexpr std::uint32_t slot_stride = 448;
+    static constexpr std::uint32_t slot_stride = 512;
     static_assert(sizeof(afterglow_slot_header) + 3 * width * height <= slot_stride);
 
     static unsigned char *map(std::size_t size, int protection, int flags, int fd) {
