@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/rig/depth_resampler.hpp"
 
-#include "core/rig/pixel_places.hpp"
-
 #include <algorithm>
 #include <atomic>
 #include <cassert>
@@ -11,7 +9,7 @@
 namespace afterglow {
 namespace {
 
-constexpr int one = 64; ///< parts of a pixel
+constexpr int one = Tap::one;
 
 /// From the upper left of four pixels to the nearest of them.
 std::ptrdiff_t nearest_of(std::uint8_t right, std::uint8_t down, int stride) {
@@ -35,7 +33,6 @@ DepthResampler::DepthResampler(const CameraModel &from, const CameraModel &to)
     std::size_t i = 0;
     for (int v = 0; v < to_height_; ++v)
         for (int u = 0; u < to_width_; ++u, ++i) {
-            taps_[i] = {-1, 0, 0};
             const auto ray = to.ray(u, v);
             if (!ray)
                 continue;
@@ -44,11 +41,7 @@ DepthResampler::DepthResampler(const CameraModel &from, const CameraModel &to)
             if (!at ||
                 !(at->x() >= -0.5 && at->y() >= -0.5 && at->x() < w - 0.5 && at->y() < h - 0.5))
                 continue;
-            const int x = static_cast<int>(std::lround(std::clamp(at->x(), 0.0, w - 1.0) * one));
-            const int y = static_cast<int>(std::lround(std::clamp(at->y(), 0.0, h - 1.0) * one));
-            const int iu = std::min(x / one, w - 2), iv = std::min(y / one, h - 2);
-            taps_[i] = {iv * w + iu, static_cast<std::uint8_t>(x - iu * one),
-                        static_cast<std::uint8_t>(y - iv * one)};
+            taps_[i] = tap_at(at->cwiseMax(0).cwiseMin(Eigen::Vector2d(w - 1, h - 1)), w, h);
         }
 }
 

@@ -4,6 +4,7 @@
 #include "core/base/camera_model.hpp"
 #include "core/base/image.hpp"
 #include "core/base/worker_pool.hpp"
+#include "core/rig/pixel_places.hpp"
 
 #include <cstdint>
 #include <vector>
@@ -30,11 +31,6 @@ public:
     void nearest(ImageView<const std::uint16_t> from, ImageView<std::uint16_t> to) const;
 
 private:
-    struct Tap {
-        std::int32_t offset; ///< of the upper left of four pixels; negative: outside
-        std::uint8_t right, down;
-    };
-
     int from_width_, from_height_, to_width_, to_height_;
     std::vector<Tap> taps_;
 };

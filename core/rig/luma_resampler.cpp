@@ -1,15 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/rig/luma_resampler.hpp"
 
-#include "core/rig/pixel_places.hpp"
-
 #include <cassert>
 #include <cmath>
 
 namespace afterglow {
 namespace {
 
-constexpr int one = 64; ///< parts of a pixel
+constexpr int one = Tap::one;
 constexpr double most_pixels_to_one = 1.5;
 
 void halve(LumaView from, ImageView<std::uint8_t> to) {
@@ -41,15 +39,9 @@ LumaResampler::LumaResampler(const CameraModel &from, const Intrinsics &to)
         for (int u = 0; u < to.width; ++u, ++i) {
             const auto at =
                 pixel_seen(source, Eigen::Vector3d{(u - to.cx) / to.fx, (v - to.cy) / to.fy, 1});
-            taps_[i] = {-1, 0, 0};
             if (!at || !(at->x() >= 0 && at->y() >= 0 && at->x() <= w - 1 && at->y() <= h - 1))
                 continue;
-            const int x = static_cast<int>(std::lround(at->x() * one));
-            const int y = static_cast<int>(std::lround(at->y() * one));
-            // The last pixel has no neighbour: it is the neighbour of the one before.
-            const int iu = std::min(x / one, w - 2), iv = std::min(y / one, h - 2);
-            taps_[i] = {iv * w + iu, static_cast<std::uint8_t>(x - iu * one),
-                        static_cast<std::uint8_t>(y - iv * one)};
+            taps_[i] = tap_at(*at, w, h);
         }
 }
 

@@ -3,6 +3,7 @@
 
 #include "core/base/camera_model.hpp"
 #include "core/base/image.hpp"
+#include "core/rig/pixel_places.hpp"
 
 #include <cstdint>
 #include <vector>
@@ -21,11 +22,6 @@ public:
     LumaView run(LumaView image);
 
 private:
-    struct Tap {
-        std::int32_t offset; ///< of the upper left of four pixels; negative: outside
-        std::uint8_t right, down;
-    };
-
     std::vector<Luma> halved_;
     std::vector<Tap> taps_;
     Luma result_;

@@ -3,6 +3,9 @@
 
 #include "core/base/camera_model.hpp"
 
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <optional>
 
 namespace afterglow {
@@ -21,6 +24,24 @@ inline std::optional<Eigen::Vector2d> pixel_seen(const CameraModel &camera,
     if (!ray || (*ray - expected).norm() > 1e-3 * (1 + expected.norm()))
         return std::nullopt;
     return at;
+}
+
+/// Where between four pixels of a picture something lies, for linear interpolation.
+struct Tap {
+    static constexpr int one = 64; ///< parts of a pixel
+
+    std::int32_t offset = -1; ///< of the upper left of the four; negative: outside
+    std::uint8_t right = 0, down = 0;
+};
+
+/// `at`: inside a picture of width x height pixels without gaps between its rows.
+inline Tap tap_at(const Eigen::Vector2d &at, int width, int height) {
+    const int x = static_cast<int>(std::lround(at.x() * Tap::one));
+    const int y = static_cast<int>(std::lround(at.y() * Tap::one));
+    // The last pixel has no neighbour: it is the neighbour of the one before.
+    const int u = std::min(x / Tap::one, width - 2), v = std::min(y / Tap::one, height - 2);
+    return {v * width + u, static_cast<std::uint8_t>(x - u * Tap::one),
+            static_cast<std::uint8_t>(y - v * Tap::one)};
 }
 
 } // namespace afterglow
