@@ -13,7 +13,7 @@ watch() { afterglowctl --bus "$bus" monitor --frames "$1" >frames || { cat frame
 # times_are_right: every frame is from 0 to 600 ms old, and one of the last ten is measured.
 times_are_right() {
     awk '$1 ~ /^[0-9]+$/ { ++n; if ($NF < 0 || $NF > 600) bad = 1 }
-         END { exit bad || n < 10 }' frames || { cat frames; fail "times are right"; }
+         END { exit bad || n < 10 }' frames || { cat frames daemon.log; fail "times are right"; }
     tail -n 10 frames | grep -q measured || { cat frames daemon.log; fail "it measures"; }
 }
 
@@ -48,6 +48,9 @@ v4l2-ctl -c disconnect=1
 until_line 5 daemon.log 'was unplugged'
 until_true 5 state_is running
 check "$(statistic FramesDamaged)" == 1
+seen=$(wc -l <frames)
+ten_more() { [ "$(wc -l <frames)" -ge $((seen + 10)) ]; }
+until_true 10 ten_more
 times_are_right
 kill -0 $daemon
 cat daemon.log
