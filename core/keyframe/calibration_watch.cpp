@@ -17,8 +17,8 @@ using namespace rig_error;
 using Matrix9 = Eigen::Matrix<double, 9, 9>;
 
 constexpr double degree = std::numbers::pi / 180;
-constexpr std::size_t views = 8; ///< measurements that are remembered
-constexpr int edges = 300;       ///< of each, at most
+constexpr std::size_t remembered_views = 8; ///< measurements that are remembered
+constexpr int edges = 300;                  ///< of each, at most
 constexpr int least_edges = 50;
 constexpr double longest_focal = 300; ///< pixels, of the level: its profiles reach 2.5 degrees
 /// Neighbouring edges share their errors: each counts for a part of one.
@@ -103,9 +103,9 @@ Explanation explain(const Matrix9 &H, const RigError &g, unsigned parts) {
 
 CalibrationWatch::CalibrationWatch(const Intrinsics &camera, int levels)
     : level_(level_for(camera, levels)), camera_(camera.at_level(level_)), finder_(edges),
-      profiles_(views, EdgeProfiles(edges)) {
-    views_.reserve(views);
-    for (std::size_t i = 0; i < views; ++i)
+      profiles_(remembered_views, EdgeProfiles(edges)) {
+    views_.reserve(remembered_views);
+    for (std::size_t i = 0; i < remembered_views; ++i)
         views_.emplace_back(camera_, edges); // a copy would have no room
 }
 
@@ -114,7 +114,7 @@ void CalibrationWatch::add(const DepthSurface &surface, const Intrinsics &surfac
     const auto found = finder_.find(surface, surface_camera, pose);
     if (static_cast<int>(found.size()) < least_edges || !rate.allFinite())
         return;
-    EdgeView &newest = views_[seen_++ % views];
+    EdgeView &newest = views_[seen_++ % remembered_views];
     newest.take(found, image.level(level_), rate);
 
     Fit best = refine(error_);
@@ -137,7 +137,7 @@ void CalibrationWatch::add(const DepthSurface &surface, const Intrinsics &surfac
 double CalibrationWatch::look(const RigError &error) {
     double sum = 0;
     int count = 0;
-    for (std::size_t i = 0; i < std::min(seen_, views); ++i) {
+    for (std::size_t i = 0; i < std::min(seen_, remembered_views); ++i) {
         views_[i].look(error, profiles_[i]);
         sum += views_[i].score(profiles_[i], RigError::Zero(), 1) * views_[i].size();
         count += views_[i].size();
@@ -172,7 +172,7 @@ CalibrationWatch::Fit CalibrationWatch::refine(const RigError &start) {
 /// What the profiles that were looked up last say, in sigmas of the prior.
 EdgeEvidence CalibrationWatch::gather(double kernel) const {
     EdgeEvidence sum;
-    for (std::size_t i = 0; i < std::min(seen_, views); ++i) {
+    for (std::size_t i = 0; i < std::min(seen_, remembered_views); ++i) {
         EdgeEvidence view;
         views_[i].gather(profiles_[i], kernel, view);
         if (!(view.weight > 0))
@@ -275,7 +275,7 @@ void CalibrationWatch::judge(const Fit &fit, bool better) {
 CalibrationWatch::Matrix9 CalibrationWatch::sensitivity() const {
     Matrix9 squares = Matrix9::Zero();
     int count = 0;
-    for (std::size_t i = 0; i < std::min(seen_, views); ++i) {
+    for (std::size_t i = 0; i < std::min(seen_, remembered_views); ++i) {
         views_[i].add_sensitivity(squares);
         count += views_[i].size();
     }

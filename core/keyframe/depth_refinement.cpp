@@ -13,8 +13,8 @@ namespace {
 using Vector6 = Eigen::Matrix<float, 6, 1>;
 using Matrix6 = Eigen::Matrix<float, 6, 6>;
 
-constexpr int bins = 64;
-constexpr float bin_width = 0.25f;
+constexpr int error_bins = 64;
+constexpr float error_bin_width = 0.25f;
 /// Square of Geman and McClure's width in units of the residuals' own scale.
 constexpr float robust_width2 = 6.25f;
 /// Neighbouring readings share their errors: each counts for a part of one. What bends whole maps
@@ -25,17 +25,17 @@ constexpr double shape_independent_share = 0.0005;
 struct Sums {
     Matrix6 H = Matrix6::Zero();
     Vector6 g = Vector6::Zero();
-    std::array<int, bins> histogram{};
+    std::array<int, error_bins> histogram{};
     int sampled = 0, compared = 0, inliers = 0;
 
     float scale() const {
         int left = compared / 2;
-        for (std::size_t i = 0; i < bins; ++i) {
+        for (std::size_t i = 0; i < error_bins; ++i) {
             if (left < histogram[i])
-                return 1.4826f * bin_width * (static_cast<float>(i) + 0.5f);
+                return 1.4826f * error_bin_width * (static_cast<float>(i) + 0.5f);
             left -= histogram[i];
         }
-        return 1.4826f * bin_width * bins;
+        return 1.4826f * error_bin_width * error_bins;
     }
 };
 
@@ -108,7 +108,7 @@ void accumulate(const DepthSurface &from, const DepthSurface &to, const Intrinsi
         ++sums.compared;
         sums.inliers += n < 4.0f;
         ++sums.histogram[static_cast<std::size_t>(
-            std::min(static_cast<int>(std::min(n, 1000.0f) / bin_width), bins - 1))];
+            std::min(static_cast<int>(std::min(n, 1000.0f) / error_bin_width), error_bins - 1))];
         const float robust = width2 / (n * n + width2);
         const float weight = robust * robust / (p.sigma * p.sigma);
         sums.H.noalias() += weight * p.J * p.J.transpose();

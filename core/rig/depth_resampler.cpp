@@ -9,11 +9,9 @@
 namespace afterglow {
 namespace {
 
-constexpr int one = Tap::one;
-
 /// From the upper left of four pixels to the nearest of them.
 std::ptrdiff_t nearest_of(std::uint8_t right, std::uint8_t down, int stride) {
-    return (right >= one / 2 ? 1 : 0) + (down >= one / 2 ? stride : 0);
+    return (right >= Tap::one / 2 ? 1 : 0) + (down >= Tap::one / 2 ? stride : 0);
 }
 
 /// Neighbours that differ by more than this share of the nearer one lie on two surfaces.
@@ -73,11 +71,12 @@ int DepthResampler::run(DepthView from, ImageView<const std::uint8_t> from_confi
                 const int near = std::min(std::min(a, b), std::min(c, d));
                 const int far = std::max(std::max(a, b), std::max(c, d));
                 if (near != 0 && !is_step(near, far)) {
-                    const int upper = a * (one - tap->right) + b * tap->right;
-                    const int lower = c * (one - tap->right) + d * tap->right;
-                    out[u] = static_cast<std::uint16_t>(
-                        (upper * (one - tap->down) + lower * tap->down + one * one / 2) /
-                        (one * one));
+                    const int upper = a * (Tap::one - tap->right) + b * tap->right;
+                    const int lower = c * (Tap::one - tap->right) + d * tap->right;
+                    out[u] =
+                        static_cast<std::uint16_t>((upper * (Tap::one - tap->down) +
+                                                    lower * tap->down + Tap::one * Tap::one / 2) /
+                                                   (Tap::one * Tap::one));
                 } else {
                     out[u] = p[nearest];
                 }

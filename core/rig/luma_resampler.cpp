@@ -7,7 +7,6 @@
 namespace afterglow {
 namespace {
 
-constexpr int one = Tap::one;
 constexpr double most_pixels_to_one = 1.5;
 
 void halve(LumaView from, ImageView<std::uint8_t> to) {
@@ -60,10 +59,11 @@ LumaView LumaResampler::run(LumaView image) {
             continue;
         }
         const std::uint8_t *p = from + tap.offset;
-        const int upper = p[0] * (one - tap.right) + p[1] * tap.right;
-        const int lower = p[stride] * (one - tap.right) + p[stride + 1] * tap.right;
+        const int upper = p[0] * (Tap::one - tap.right) + p[1] * tap.right;
+        const int lower = p[stride] * (Tap::one - tap.right) + p[stride + 1] * tap.right;
         *out++ = static_cast<std::uint8_t>(
-            (upper * (one - tap.down) + lower * tap.down + one * one / 2) / (one * one));
+            (upper * (Tap::one - tap.down) + lower * tap.down + Tap::one * Tap::one / 2) /
+            (Tap::one * Tap::one));
     }
     return result_;
 }

@@ -14,13 +14,14 @@
 #include <utility>
 
 namespace afterglow {
-namespace {
 
 /// libpng's last words. It may not return from reporting an error, and an exception cannot pass
 /// through it.
 struct PngErrorText {
     char text[128] = "";
 };
+
+namespace {
 
 [[noreturn]] void on_error(png_structp png, png_const_charp message) {
     auto *words = static_cast<PngErrorText *>(png_get_error_ptr(png));

@@ -24,7 +24,6 @@ struct Format {
 
 constexpr std::uint32_t y12p = v4l2_fourcc('Y', '1', '2', 'P'); // Linux 6.7
 constexpr int word_mask = 0xffff;
-constexpr std::string_view too_short = "it ends too early";
 
 /// Those that are grey or depth by name.
 constexpr std::array plain_formats = {

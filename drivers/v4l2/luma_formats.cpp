@@ -12,8 +12,6 @@
 namespace afterglow::v4l2 {
 namespace {
 
-constexpr std::string_view too_short = "it ends too early";
-
 /// Where a format that is not compressed keeps its luma: a byte every `step`, from `offset`.
 struct LumaBytes {
     std::uint32_t fourcc;
@@ -21,7 +19,7 @@ struct LumaBytes {
     int offset;
 };
 
-constexpr std::array plain_formats = {
+constexpr std::array byte_formats = {
     LumaBytes{V4L2_PIX_FMT_GREY, 1, 0},
     LumaBytes{V4L2_PIX_FMT_Y16, 2, 1}, // the upper byte of a little-endian number
     LumaBytes{V4L2_PIX_FMT_NV12, 1, 0},
@@ -66,7 +64,7 @@ bool contains(const Codes &codes, std::uint32_t fourcc) {
 std::span<const std::uint32_t> luma_formats() {
     static const std::vector<std::uint32_t> formats = [] {
         std::vector<std::uint32_t> codes;
-        for (const LumaBytes &format : plain_formats)
+        for (const LumaBytes &format : byte_formats)
             codes.push_back(format.fourcc);
         codes.insert(codes.end(), jpeg_formats.begin(), jpeg_formats.end());
         const auto exotic = exotic_luma_formats();
@@ -77,7 +75,7 @@ std::span<const std::uint32_t> luma_formats() {
 }
 
 LumaReader make_luma_reader(const FrameLayout &layout, int fd) {
-    for (const LumaBytes &format : plain_formats) {
+    for (const LumaBytes &format : byte_formats) {
         if (format.fourcc == layout.fourcc)
             return format.step == 1 ? read_every<1>(layout, format.offset)
                                     : read_every<2>(layout, format.offset);

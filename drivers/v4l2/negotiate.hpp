@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace afterglow::v4l2 {
@@ -21,6 +22,9 @@ struct FormatRequest {
     double fps = 0;
     std::span<const std::uint32_t> formats; ///< FourCCs; the first of equal rate is used
 };
+
+/// What readers say of a frame with too few bytes.
+inline constexpr std::string_view too_short = "it ends too early";
 
 /// The memory layout of a device's frames, and their rate.
 struct FrameLayout {

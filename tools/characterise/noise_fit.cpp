@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/characterise/noise_fit.hpp"
 
+#include "tools/characterise/median.hpp"
+
 #include <Eigen/QR>
 
 #include <algorithm>
@@ -29,12 +31,6 @@ bool is_noise(const Terms &terms, double nearest, double farthest) {
         return false;
     const double lowest = terms[2] > 0 ? -terms[1] / (2 * terms[2]) : nearest;
     return lowest <= nearest || lowest >= farthest || value(terms, lowest) > 0;
-}
-
-float median(std::vector<float> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
 }
 
 /// Least squares of the relative errors over the terms chosen by the bits of `chosen`.

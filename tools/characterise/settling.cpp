@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/characterise/settling.hpp"
 
+#include "tools/characterise/median.hpp"
+
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -13,12 +15,6 @@ constexpr int step = 2; ///< every so many rows and columns are compared
 constexpr float least_share = 0.95F;
 constexpr float most_difference = 1.5F;
 constexpr float most_bias = 0.003F;
-
-float median(std::vector<float> &values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
 
 } // namespace
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/characterise/still_view.hpp"
 
+#include "tools/characterise/median.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -14,12 +16,6 @@ constexpr float same_surface = 0.05F;
 constexpr float bins_per_e_fold = 20; // 5 % each
 constexpr int least_patches = 30;     ///< of a bin
 constexpr int least_readings = 30;    ///< of a patch
-
-float median(std::vector<float> &values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
 
 /// Whether everything around (u, v) is one surface.
 bool is_patch(ImageView<const float> z, int u, int v) {

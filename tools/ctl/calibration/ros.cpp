@@ -9,7 +9,7 @@
 namespace afterglow {
 namespace {
 
-Result<Lens> lens_of(const Node &model) {
+Result<Lens> lens_by_name(const Node &model) {
     if (model.text == "plumb_bob" || model.text == "rational_polynomial")
         return Lens::brown_conrady;
     if (model.text == "equidistant" || model.text == "fisheye")
@@ -36,7 +36,7 @@ Result<FoundCalibration> read_ros(const Node &root) {
         return matrix.error();
     if (const Status taken = take_matrix(**matrix, camera); !taken)
         return taken.error();
-    const Result<Lens> lens = lens_of(*root.find("distortion_model"));
+    const Result<Lens> lens = lens_by_name(*root.find("distortion_model"));
     if (!lens)
         return lens.error();
     const Result<const Node *> distortion =
