@@ -23,8 +23,6 @@
 namespace afterglow {
 namespace {
 
-constexpr int synthetic_frames = 300;
-
 /// What the score was made with.
 nlohmann::json settings_json(const RunArguments &arguments, const std::string &layout,
                              const std::pair<EstimatorOptions, GatePolicy> &tuning) {

@@ -14,6 +14,8 @@
 
 namespace afterglow {
 
+constexpr int synthetic_frames = 300; ///< unless told otherwise
+
 /// The preset that looks at the truth (oracle.hpp). Only some commands have it; the daemon has not.
 inline constexpr const char *oracle_preset = "oracle";
 /// Its gate, which lights at the true error alone.

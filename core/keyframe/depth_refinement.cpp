@@ -19,7 +19,7 @@ constexpr float error_bin_width = 0.25f;
 constexpr float robust_width2 = 6.25f;
 /// Neighbouring readings share their errors: each counts for a part of one. What bends whole maps
 /// they share almost entirely.
-constexpr float independent_share = 0.05f;
+constexpr float independent_readings = 0.05f;
 constexpr double shape_independent_share = 0.0005;
 
 struct Sums {
@@ -137,9 +137,9 @@ DepthFit refine_by_depth(const DepthSurface &from, const DepthSurface &to, const
         fit.compared_share = static_cast<float>(sums.compared) / static_cast<float>(sums.sampled);
         if (i == options.iterations)
             break;
-        Matrix6 H = independent_share * sums.H + start_information;
+        Matrix6 H = independent_readings * sums.H + start_information;
         const Vector6 off = log(pose * start.inverse()).cast<float>();
-        const Vector6 g = independent_share * sums.g - start_information * off;
+        const Vector6 g = independent_readings * sums.g - start_information * off;
         H.diagonal() += 1e-5f * H.diagonal() + Vector6::Constant(1e-3f);
         const Vector6 x = H.ldlt().solve(g);
         if (!x.allFinite() || x.tail<3>().norm() > 0.3f || x.head<3>().norm() > 0.5f)

@@ -22,7 +22,7 @@ using Block = Eigen::Array<float, TemplatePoints::block, 1>;
 constexpr int bins = 64;
 constexpr float bin_width = 0.125f; // in expected deviations
 constexpr float inlier_limit = 2.5f;
-constexpr float least_gain = 0.4f, most_gain = 2.5f;
+constexpr float lowest_gain = 0.4f, highest_gain = 2.5f;
 /// Geman-McClure width in units of the residuals' own scale.
 constexpr float robust_width = 2.5f;
 
@@ -170,7 +170,7 @@ Alignment DirectAlignment::align(const AlignmentTemplate &reference, const Pyram
             at.skew -= x.segment<3>(at_skew);
             const float gain = at.gain + gain_unit * x[at_gain];
             at.offset += x[at_offset] - gain_unit * middle_grey * x[at_gain];
-            at.gain = std::clamp(gain, least_gain, most_gain);
+            at.gain = std::clamp(gain, lowest_gain, highest_gain);
             const double moved = reference.camera(level).fx * (w + v);
             if (moved < 0.02 || (i > 2 && std::abs(previous_cost - cost) < 1e-4f))
                 break;
@@ -202,7 +202,7 @@ Alignment DirectAlignment::judge(const AlignmentTemplate &reference, const Pyram
         if (!x.allFinite())
             return at;
         at.offset += x[1] - gain_unit * middle_grey * x[0];
-        at.gain = std::clamp(at.gain + gain_unit * x[0], least_gain, most_gain);
+        at.gain = std::clamp(at.gain + gain_unit * x[0], lowest_gain, highest_gain);
     }
     const float visible = static_cast<float>(sums.visible);
     at.points = sums.visible;

@@ -103,7 +103,7 @@ Result<Dataset> open(const std::string &folder) {
     }
     dataset.read_luma = [](const std::string &path) { return read_luma_sized(path, color); };
     dataset.read_depth = [registration = std::make_shared<const DepthRegistration>(
-                              depth, Lens{}, depth_to_color(), color)](const std::string &path) {
+                              depth, BrownConrady{}, depth_to_color(), color)](const std::string &path) {
         return read_depth(path, *registration);
     };
     dataset.assumed = "the dataset does not say where its colour camera is nor how it sees: the "

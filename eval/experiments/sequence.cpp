@@ -21,7 +21,7 @@
 namespace afterglow {
 namespace {
 
-constexpr int synthetic_frames = 100;
+constexpr int experiment_frames = 100;
 
 /// How a dataset was filmed, as far as the room can be filmed like it.
 struct Filming {
@@ -64,7 +64,7 @@ std::string source_of(const Filming &filming) {
 Result<Sequence> film_room(const Filming &filming, int frames, Watch &watch) {
     SyntheticOptions options;
     options.real_time = false;
-    options.frames = frames > 0 ? frames : synthetic_frames;
+    options.frames = frames > 0 ? frames : experiment_frames;
     options.seed = filming.seed;
     options.fps = filming.fps;
     options.motion = filming.motion;

@@ -21,7 +21,6 @@
 namespace afterglow {
 namespace {
 
-constexpr int synthetic_frames = 300;
 constexpr int frame_timeout_ms = 5000;
 
 /// What the daemon is told; the same words as on this program's command line.

@@ -20,7 +20,7 @@ constexpr std::array<std::string_view, 8> level_names{"emerg",   "alert",  "crit
 // In the order of enum LogTarget.
 constexpr std::array<std::string_view, 3> target_names{"console", "journal", "null"};
 
-int append(sd_bus_message *reply, std::string_view text) {
+int append_text(sd_bus_message *reply, std::string_view text) {
     return sd_bus_message_append_basic(reply, 's', std::string(text).c_str());
 }
 
@@ -41,7 +41,7 @@ int read_name(sd_bus_message *value, const std::array<std::string_view, count> &
 int get_level(sd_bus * /*bus*/, const char * /*path*/, const char * /*interface*/,
               const char * /*property*/, sd_bus_message *reply, void * /*userdata*/,
               sd_bus_error * /*error*/) {
-    return append(reply, level_names[static_cast<std::size_t>(log_level())]);
+    return append_text(reply, level_names[static_cast<std::size_t>(log_level())]);
 }
 
 int set_level(sd_bus * /*bus*/, const char * /*path*/, const char * /*interface*/,
@@ -56,7 +56,7 @@ int set_level(sd_bus * /*bus*/, const char * /*path*/, const char * /*interface*
 int get_target(sd_bus * /*bus*/, const char * /*path*/, const char * /*interface*/,
                const char * /*property*/, sd_bus_message *reply, void * /*userdata*/,
                sd_bus_error * /*error*/) {
-    return append(reply, target_names[static_cast<std::size_t>(log_target())]);
+    return append_text(reply, target_names[static_cast<std::size_t>(log_target())]);
 }
 
 int set_target(sd_bus * /*bus*/, const char * /*path*/, const char * /*interface*/,
@@ -72,7 +72,7 @@ int set_target(sd_bus * /*bus*/, const char * /*path*/, const char * /*interface
 int get_identifier(sd_bus * /*bus*/, const char * /*path*/, const char * /*interface*/,
                    const char * /*property*/, sd_bus_message *reply, void * /*userdata*/,
                    sd_bus_error * /*error*/) {
-    return append(reply, ::program_invocation_short_name);
+    return append_text(reply, ::program_invocation_short_name);
 }
 
 const sd_bus_vtable vtable[] = {

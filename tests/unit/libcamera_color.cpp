@@ -29,11 +29,11 @@ LibcameraColorOptions options_for(const std::string &device) {
 }
 
 /// A source whose helper plays a script (tests/fake_libcamera.cpp).
-struct ScriptedCamera {
+struct Camera {
     std::unique_ptr<ColorSource> source;
     ColorFrame frame{Luma(4, 2)};
 
-    explicit ScriptedCamera(const std::string &script, const std::string &helper = fake_helper) {
+    explicit Camera(const std::string &script, const std::string &helper = fake_helper) {
         auto opened = open_libcamera_color(options_for(script), helper);
         REQUIRE(opened);
         source = *std::move(opened);
@@ -64,7 +64,7 @@ std::string refusal(const LibcameraColorOptions &options) {
 } // namespace
 
 TEST_CASE("a libcamera image has luma, capture time and number, and the first is skipped") {
-    ScriptedCamera camera("fffgf");
+    Camera camera("fffgf");
     REQUIRE(camera.source->start());
     const std::int64_t before =
         std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -78,7 +78,7 @@ TEST_CASE("a libcamera image has luma, capture time and number, and the first is
 }
 
 TEST_CASE("a late reader of libcamera gets the newest image and a gap in the count") {
-    ScriptedCamera camera("fFFF");
+    Camera camera("fFFF");
     REQUIRE(camera.source->start());
     std::uint64_t last = 0;
     for (int reads = 0; last < 2 && reads < 3; ++reads) {
@@ -90,7 +90,7 @@ TEST_CASE("a late reader of libcamera gets the newest image and a gap in the cou
 }
 
 TEST_CASE("a libcamera image delivered after a newer one is skipped") {
-    ScriptedCamera camera("fFFLF");
+    Camera camera("fFFLF");
     REQUIRE(camera.source->start());
     std::vector<std::uint64_t> numbers;
     while (numbers.empty() || numbers.back() < 2) {
@@ -103,7 +103,7 @@ TEST_CASE("a libcamera image delivered after a newer one is skipped") {
 }
 
 TEST_CASE("a libcamera image marked bad or too short is damaged, and the next is read") {
-    ScriptedCamera camera("ffsf");
+    Camera camera("ffsf");
     REQUIRE(camera.source->start());
     REQUIRE(camera.read() == Capture::frame);
     CHECK(camera.read() == Capture::damaged);
@@ -128,7 +128,7 @@ TEST_CASE("a lost libcamera camera is reported with the reason and can be restar
         {"ffB", "the camera 'ffB' was lost: libcamera's process is not understood"},
         {"ffh", "the camera 'ffh' gives no images"},
     }));
-    ScriptedCamera camera(script);
+    Camera camera(script);
     for (int round = 0; round < 2; ++round) {
         REQUIRE(camera.source->start());
         REQUIRE(camera.read() == Capture::frame);
@@ -139,23 +139,22 @@ TEST_CASE("a lost libcamera camera is reported with the reason and can be restar
 }
 
 TEST_CASE("a libcamera camera that cannot be opened is reported with the reason") {
-    CHECK(ScriptedCamera("nothing").refusal() ==
-          "the camera 'X' is not there (libcamera has none)");
-    CHECK(ScriptedCamera("mute").refusal() == "libcamera does not answer about the camera 'mute'");
-    CHECK(ScriptedCamera("x").refusal() == "libcamera's process ended at the camera 'x'");
-    CHECK(ScriptedCamera("b").refusal() == "the images of the camera 'b' cannot be shared");
-    CHECK(ScriptedCamera("f", "/nowhere/helper").refusal() ==
+    CHECK(Camera("nothing").refusal() == "the camera 'X' is not there (libcamera has none)");
+    CHECK(Camera("mute").refusal() == "libcamera does not answer about the camera 'mute'");
+    CHECK(Camera("x").refusal() == "libcamera's process ended at the camera 'x'");
+    CHECK(Camera("b").refusal() == "the images of the camera 'b' cannot be shared");
+    CHECK(Camera("f", "/nowhere/helper").refusal() ==
           "/nowhere/helper cannot be started: No such file or directory");
     CHECK(has_no_children());
 }
 
 TEST_CASE("afterglow-libcamera names a camera that is not there") {
-    const std::string refusal = ScriptedCamera("none of these", libcamera_helper()).refusal();
+    const std::string refusal = Camera("none of these", libcamera_helper()).refusal();
     CHECK(refusal.starts_with("the camera 'none of these' is not there (libcamera has "));
 }
 
 TEST_CASE("a closed libcamera camera leaks no process and no descriptor") {
-    ScriptedCamera camera("ff");
+    Camera camera("ff");
     const std::ptrdiff_t before = open_descriptors();
     for (int i = 0; i < 10; ++i) {
         REQUIRE(camera.source->start());
@@ -167,7 +166,7 @@ TEST_CASE("a closed libcamera camera leaks no process and no descriptor") {
 }
 
 TEST_CASE("reading libcamera's images allocates nothing") {
-    ScriptedCamera camera("fffffff");
+    Camera camera("fffffff");
     REQUIRE(camera.source->start());
     REQUIRE(camera.read() == Capture::frame);
     const std::uint64_t before = allocation_count();

@@ -104,7 +104,7 @@ Assessment assess(const RigFit &fit, const Board &board, std::span<const BoardVi
     for (std::size_t k = 0; k < fit.board_to_color.size(); ++k)
         if (fit.used[k])
             poses.push_back(fit.board_to_color[k]);
-    const double tilt = degrees(tilt_range(poses));
+    const double tilt = tilt_range(poses);
     judge.at_least(tilt, 40, 20,
                    fmt::format("the boards' angles are within {:.0f} degrees of each other: tilt "
                                "the board further, to all sides",

@@ -23,11 +23,7 @@ constexpr std::array<LensModel, 4> models = {{{Lens::brown_conrady, 4},
 constexpr double as_good = 1.03; ///< residuals up to so many times the best ones
 /// Below it all views look alike, and focal length and distance cannot be told apart; degrees.
 constexpr double least_tilt = 12;
-constexpr std::size_t fewest_views = 6;
-
-double degrees(double radians) {
-    return radians * 180 / std::numbers::pi;
-}
+constexpr std::size_t fewest_lens_views = 6;
 
 /// A first idea of the focal length: by the homographies, as if there were no lens.
 CameraModel first_guess(const Board &board, std::span<const Corners> views, int width, int height) {
@@ -121,17 +117,17 @@ std::optional<Pose> board_pose(const Board &board, const Corners &corners,
 
 Result<CameraFit> fit_camera(const Board &board, std::span<const Corners> views, int width,
                              int height, const std::optional<Lens> &wanted) {
-    if (views.size() < fewest_views)
+    if (views.size() < fewest_lens_views)
         return Error{fmt::format("the board was found in {} of its pictures; {} are the least, "
                                  "and 20 a good number",
-                                 views.size(), fewest_views)};
+                                 views.size(), fewest_lens_views)};
     const CameraModel guess = first_guess(board, views, width, height);
     std::vector<Pose> poses;
     for (const Corners &view : views) {
         const auto pose = board_pose(board, view, guess);
         poses.push_back(pose ? *pose : Pose{Eigen::Matrix3d::Identity(), {0, 0, 1}});
     }
-    if (const double tilt = degrees(tilt_range(poses)); tilt < least_tilt)
+    if (const double tilt = tilt_range(poses); tilt < least_tilt)
         return Error{fmt::format("all views show the board at nearly the same angle (within {:.0f} "
                                  "degrees; 40 are good): focal length and distance cannot be told "
                                  "apart. Tilt it to the left, right, up and down",
@@ -164,7 +160,7 @@ double tilt_range(std::span<const Pose> board_to_camera) {
     for (std::size_t i = 0; i < board_to_camera.size(); ++i)
         for (std::size_t k = 0; k < i; ++k)
             cosine = std::min(cosine, board_to_camera[i].R.col(2).dot(board_to_camera[k].R.col(2)));
-    return std::acos(std::clamp(cosine, -1.0, 1.0));
+    return std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / std::numbers::pi;
 }
 
 } // namespace afterglow

@@ -19,7 +19,7 @@ constexpr std::array<double, 5> fields = {50, 60, 70, 80, 92};
 /// How far from where a board is expected its readings are looked for, from coarse to fine.
 constexpr std::array<double, 5> gates_m = {0.25, 0.12, 0.06, 0.05, 0.05};
 constexpr std::size_t fewest_readings = 30; ///< of a view
-constexpr std::size_t fewest_views = 8;
+constexpr std::size_t fewest_depth_views = 8;
 constexpr double least_noise_m = 0.0002;
 
 // x = (TOF camera, tof_from_color, scale)
@@ -126,10 +126,10 @@ Result<RigFit> fit_rig_by_depth(const Board &board, std::span<const BoardView> v
                                     gate, noise);
                 noise = planes.noise_m;
                 x = planes.fit.x;
-                if (planes.views < fewest_views || !(x[0] > 0.1 * tof_size.width))
+                if (planes.views < fewest_depth_views || !(x[0] > 0.1 * tof_size.width))
                     break;
             }
-            const bool found = planes.views >= fewest_views && x[0] > 0.1 * tof_size.width;
+            const bool found = planes.views >= fewest_depth_views && x[0] > 0.1 * tof_size.width;
             if (found && (best.views == 0 || planes.noise_m < best.noise_m)) {
                 best = planes;
                 range_along_ray = along_ray;
@@ -141,7 +141,7 @@ Result<RigFit> fit_rig_by_depth(const Board &board, std::span<const BoardView> v
                                  "have depth where it must be. Hold it where both cameras see it; "
                                  "if the TOF camera is far from the colour camera or turned away "
                                  "from it, it cannot be found",
-                                 fewest_views, views.size())};
+                                 fewest_depth_views, views.size())};
     // How large the board would have to be.
     const PlaneFit scaled = fit_planes(board, views, board_to_color, unknowns, range_along_ray,
                                        true, best.fit.x, gates_m.back(), best.noise_m);

@@ -13,7 +13,7 @@
 namespace afterglow {
 namespace {
 
-struct Arguments {
+struct PrintArguments {
     std::string board = "chessboard:8x5:35";
     std::string output;
 };
@@ -46,7 +46,7 @@ bool ends_with(const std::string &text, const std::string &end) {
            text.compare(text.size() - end.size(), end.size(), end) == 0;
 }
 
-Result<int> print_board(const Arguments &arguments) {
+Result<int> print_board(const PrintArguments &arguments) {
     const Result<Board> board = parse_board(arguments.board);
     if (!board)
         return board.error();
@@ -80,7 +80,7 @@ Result<int> print_board(const Arguments &arguments) {
 } // namespace
 
 CalibrateAction declare_print_board(CLI::App &app) {
-    const auto arguments = std::make_shared<Arguments>();
+    const auto arguments = std::make_shared<PrintArguments>();
     app.add_option("--board", arguments->board,
                    "KIND:COLUMNSxROWS:SIDE_MM, for example chessboard:8x5:35 (squares), "
                    "charuco:10x7:30 or aprilgrid:6x6:30 (tags)")

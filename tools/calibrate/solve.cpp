@@ -23,7 +23,7 @@
 namespace afterglow {
 namespace {
 
-struct Arguments {
+struct SolveArguments {
     std::string captures;
     std::string output;
     std::string report;
@@ -71,7 +71,7 @@ void print_fit(const RigFit &fit, std::span<const BoardView> views,
                    timing->maps, timing->speed_px_s);
 }
 
-Result<RigWishes> wishes_of(const Arguments &arguments, const Intrinsics &tof_size) {
+Result<RigWishes> wishes_of(const SolveArguments &arguments, const Intrinsics &tof_size) {
     RigWishes wishes{arguments.lens, arguments.tof_lens, {}};
     const std::vector<double> &given = arguments.tof_intrinsics;
     if (given.empty())
@@ -92,7 +92,7 @@ Status write_text(const std::string &path, const std::string &text) {
     return file ? ok() : Status(Error{fmt::format("{}: could not be written", path), EIO});
 }
 
-Result<int> solve(const Arguments &arguments) {
+Result<int> solve(const SolveArguments &arguments) {
     Result<Captures> captures = read_captures(arguments.captures);
     if (!captures)
         return captures.error();
@@ -148,7 +148,7 @@ Result<int> solve(const Arguments &arguments) {
 } // namespace
 
 CalibrateAction declare_solve(CLI::App &app) {
-    const auto arguments = std::make_shared<Arguments>();
+    const auto arguments = std::make_shared<SolveArguments>();
     const std::map<std::string, Lens> lenses = {{"brown-conrady", Lens::brown_conrady},
                                                 {"kannala-brandt", Lens::kannala_brandt}};
     app.add_option("CAPTURES", arguments->captures, "the folder that capture has written")
