@@ -8,11 +8,13 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <system_error>
 #include <toml++/toml.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
+#include <filesystem>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -290,6 +292,12 @@ Result<RigCalibration> load_calibration(const std::string &path) {
 
 Result<RigCalibration> parse_calibration(std::string_view text, const std::string &path) {
     return Reader(path).read(text);
+}
+
+std::string calibration_of_recording(const std::string &folder) {
+    const std::filesystem::path path = std::filesystem::path(folder) / "calibration.toml";
+    std::error_code problem;
+    return std::filesystem::exists(path, problem) ? path.string() : "";
 }
 
 std::string calibration_toml(const RigCalibration &rig) {

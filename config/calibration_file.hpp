@@ -17,6 +17,10 @@ Result<RigCalibration> load_calibration(const std::string &path);
 /// The same of a file's text; `path` stands in messages.
 Result<RigCalibration> parse_calibration(std::string_view text, const std::string &path);
 
+/// That of a recording of two cameras, FOLDER/calibration.toml; "" where the folder has none: its
+/// depth is registered to the images.
+std::string calibration_of_recording(const std::string &folder);
+
 /// The file that says this.
 std::string calibration_toml(const RigCalibration &rig);
 

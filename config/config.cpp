@@ -226,7 +226,12 @@ private:
 
     /// A calibration file says what other keys say without one.
     void check_rig() {
-        const Place place = place_of("rig.calibration");
+        Place place = place_of("rig.calibration");
+        if (config_.calibration.file.empty() && config_.color.driver == ColorDriver::replay &&
+            !config_.replay.path.empty()) {
+            config_.calibration.file = calibration_of_recording(config_.replay.path);
+            place = place_of("replay.path");
+        }
         if (config_.calibration.file.empty()) {
             if (config_.published.camera != PublishedCamera::color)
                 problem(place_of("published.camera"), "published.camera",
@@ -242,12 +247,8 @@ private:
                 problem(at, key, "is in the file of rig.calibration, too; leave it out");
         if (config_.estimator.method == Method::paper)
             problem(place, "rig.calibration",
-                    "preset paper needs depth that is registered to the "
-                    "colour camera, without this key");
-        if (config_.color.driver == ColorDriver::replay)
-            problem(place, "rig.calibration",
-                    "the depth of recordings is registered to the colour "
-                    "camera; the driver replay works without this key");
+                    "preset paper needs depth that is registered to the colour camera, without a "
+                    "calibration file");
         const Intrinsics &own = config_.published.pinhole;
         if (config_.published.camera == PublishedCamera::pinhole && !(own.fx > 0 && own.fy > 0))
             problem(place_of("published.camera"), "published.fx, published.fy",
@@ -260,7 +261,7 @@ private:
         config_.color.camera = rig->color.pinhole;
         config_.tof.delay_ms = 1e3 * rig->tof_delay_s;
         config_.tof.registration = false;
-        config_.synthetic.rig = *rig;
+        config_.synthetic.rig = config_.replay.rig = *rig;
         config_.calibration.rig = *std::move(rig);
     }
 

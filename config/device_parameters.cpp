@@ -162,8 +162,9 @@ void add_device_parameters(ParameterTable &table, Config &c) {
               "pinhole: row of the principal point.");
     table.section("replay", "The driver replay: a recording.");
     table.add("replay.path", &c.replay.path, {},
-              "Required by the driver replay: folder of a recording in TUM layout. A relative path "
-              "starts at the folder of the configuration file.");
+              "Required by the driver replay: folder of a recording in TUM layout "
+              "(docs/datasets.md). A file calibration.toml in it stands for rig.calibration, where "
+              "that is not set. A relative path starts at the folder of the configuration file.");
     table.add("replay.real_time", &c.replay.real_time, {},
               "Play at the recorded pace; false to play as fast as frames are read.");
     table.add("replay.loop", &c.replay.loop, {}, "Start again at the end, for a demonstration.");

@@ -186,7 +186,8 @@ Result<RecordingCamera> read_recording_camera(const std::string &folder) {
 }
 
 Result<Recording> open_recording(const std::string &folder,
-                                 const std::optional<RecordingCamera> &camera) {
+                                 const std::optional<RecordingCamera> &camera,
+                                 const std::optional<RigCalibration> &rig) {
     if (Status there = check_files(folder, !camera); !there)
         return there.error();
     const Result<RecordingCamera> taken_with =
@@ -197,6 +198,17 @@ Result<Recording> open_recording(const std::string &folder,
     recording.folder = folder;
     recording.camera = taken_with->intrinsics;
     recording.depth_units_per_metre = taken_with->depth_units_per_metre;
+    if (rig) {
+        const Intrinsics &images = recording.camera, &color = rig->color.pinhole;
+        if (images.width != color.width || images.height != color.height)
+            return Error{fmt::format("{}/camera.txt: the images are {}x{}, but the colour camera "
+                                     "of the calibration has {}x{}",
+                                     folder, images.width, images.height, color.width,
+                                     color.height),
+                         EINVAL};
+        recording.camera = color;
+        recording.rig = rig;
+    }
     const std::string associations = folder + "/associations.txt";
     const Status frames = exists(associations) ? read_associations(associations, recording)
                                                : read_and_pair(folder, recording);
@@ -238,7 +250,7 @@ void reorder(Recording &recording, const FrameOrder &order) {
 
 Status read_depth_mm(const Recording &recording, std::size_t entry,
                      ImageView<std::uint16_t> depth) {
-    assert(depth.width() == recording.camera.width && depth.height() == recording.camera.height);
+    assert(depth.width() == recording.tof().width && depth.height() == recording.tof().height);
     if (Status read = read_grey16(recording.entries[entry].depth_path, depth); !read)
         return read;
     const double mm_per_unit = 1000 / recording.depth_units_per_metre;

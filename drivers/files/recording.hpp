@@ -4,6 +4,7 @@
 #include "core/base/camera.hpp"
 #include "core/base/image.hpp"
 #include "core/base/result.hpp"
+#include "core/base/rig_calibration.hpp"
 #include "drivers/files/trajectory.hpp"
 
 #include <cstddef>
@@ -21,8 +22,10 @@ namespace afterglow {
 ///     rgb.txt depth.txt  t file
 ///     groundtruth.txt    camera to world poses (optional; drivers/files/trajectory.hpp)
 ///
-/// Times in seconds, files relative to the folder and within it, `#` begins a comment. Depth is
-/// registered to colour.
+///     calibration.toml   of two cameras (optional; config/calibration_file.hpp)
+///
+/// Times in seconds, files relative to the folder and within it, `#` begins a comment. Without a
+/// calibration depth is registered to colour; with one it is as the TOF camera gives it.
 struct Recording {
     struct Entry {
         std::int64_t t_color_ns = 0;
@@ -32,7 +35,8 @@ struct Recording {
     };
 
     std::string folder;
-    Intrinsics camera;
+    Intrinsics camera;                 ///< of the images
+    std::optional<RigCalibration> rig; ///< nothing: depth is registered to the images
     double depth_units_per_metre = 0;
     std::vector<Entry> entries; ///< at least one; t_color_ns rises
     /// Lines that were left out: their time was not later than the one before, or an image had no
@@ -40,6 +44,9 @@ struct Recording {
     std::size_t skipped = 0;
     std::string skipped_reason;
     Trajectory ground_truth; ///< empty where it is not known
+
+    /// Of the depth maps.
+    const Intrinsics &tof() const { return rig ? rig->tof.pinhole : camera; }
 };
 
 /// An image of rgb.txt goes with the depth map of depth.txt nearest in time, if each is the
@@ -68,10 +75,12 @@ Result<RecordingCamera> read_recording_camera(const std::string &folder);
 
 /// Reads the text files of a recording; opens no image. Errors name file and line. `camera` stands
 /// in for a camera.txt that is not there, as in the folders that the benchmark itself publishes.
+/// `rig`: it is of these two cameras; camera.txt must have the size of the colour camera's images.
 Result<Recording> open_recording(const std::string &folder,
-                                 const std::optional<RecordingCamera> &camera = std::nullopt);
+                                 const std::optional<RecordingCamera> &camera = std::nullopt,
+                                 const std::optional<RigCalibration> &rig = std::nullopt);
 
-/// Reads an entry's depth map into `depth`, which must have the camera's size, as millimetres:
+/// Reads an entry's depth map into `depth`, which must have the size of tof(), as millimetres:
 /// rounded, and 0 where it is further than 65535 mm. Allocates nothing but in the PNG library.
 Status read_depth_mm(const Recording &recording, std::size_t entry, ImageView<std::uint16_t> depth);
 

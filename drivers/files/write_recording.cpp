@@ -22,8 +22,8 @@ std::string seconds(std::int64_t t_ns) {
 
 } // namespace
 
-Result<RecordingWriter> RecordingWriter::create(const std::string &folder,
-                                                const Intrinsics &camera) {
+Result<RecordingWriter> RecordingWriter::create(const std::string &folder, const Intrinsics &camera,
+                                                const std::optional<Intrinsics> &tof) {
     namespace fs = std::filesystem;
     std::error_code problem;
     for (const char *name : {"/rgb", "/depth", "/camera.txt", "/rgb.txt", "/associations.txt"}) {
@@ -36,7 +36,7 @@ Result<RecordingWriter> RecordingWriter::create(const std::string &folder,
             return Error{fmt::format("{}{}: {}", folder, images, problem.message()),
                          problem.value()};
     }
-    RecordingWriter writer(folder, camera);
+    RecordingWriter writer(folder, camera, tof.value_or(camera));
     std::ofstream camera_file(folder + "/camera.txt");
     camera_file << "# fx fy cx cy width height depth_units_per_metre\n"
                 << fmt::format("{} {} {} {} {} {} {}\n", camera.fx, camera.fy, camera.cx, camera.cy,
@@ -54,7 +54,7 @@ Status RecordingWriter::add(std::int64_t t_ns, LumaView luma, DepthView depth_mm
                             const std::optional<Pose> &camera_to_world) {
     assert(t_ns >= 0);
     assert(luma.width() == camera_.width && luma.height() == camera_.height);
-    assert(depth_mm.same_size(luma));
+    assert(depth_mm.width() == tof_.width && depth_mm.height() == tof_.height);
     const std::string name = fmt::format("{:06}.png", count_);
     if (Status written = write_png(fmt::format("{}/rgb/{}", folder_, name), luma); !written)
         return written;

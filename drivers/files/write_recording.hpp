@@ -17,20 +17,24 @@ namespace afterglow {
 /// Writes frames as a folder that open_recording() reads: PNG files, depth in millimetres.
 class RecordingWriter {
 public:
-    /// Makes the folder where it is missing. A folder that holds a recording is refused.
-    static Result<RecordingWriter> create(const std::string &folder, const Intrinsics &camera);
+    /// Makes the folder where it is missing. A folder that holds a recording is refused. `tof`: of
+    /// the depth maps, where they are not registered to the images; the caller adds the calibration
+    /// (config/calibration_file.hpp).
+    static Result<RecordingWriter> create(const std::string &folder, const Intrinsics &camera,
+                                          const std::optional<Intrinsics> &tof = std::nullopt);
 
-    /// Adds an image and its depth map, both of the camera's size; `t_ns` rises and is not
-    /// negative. What was added stays readable if nothing follows.
+    /// Adds an image and its depth map, each of its camera's size; `t_ns`, the time of both, rises
+    /// and is not negative. What was added stays readable if nothing follows.
     Status add(std::int64_t t_ns, LumaView luma, DepthView depth_mm,
                const std::optional<Pose> &camera_to_world = std::nullopt);
 
 private:
-    RecordingWriter(std::string folder, const Intrinsics &camera)
-        : folder_(std::move(folder)), camera_(camera) {}
+    RecordingWriter(std::string folder, const Intrinsics &camera, const Intrinsics &tof)
+        : folder_(std::move(folder)), camera_(camera), tof_(tof) {}
 
     std::string folder_;
     Intrinsics camera_;
+    Intrinsics tof_;
     std::uint64_t count_ = 0;
     std::ofstream associations_;
     std::ofstream ground_truth_;

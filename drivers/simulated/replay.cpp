@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -32,12 +33,19 @@ public:
     }
 
     const Intrinsics &intrinsics() const override { return recording_.camera; }
+    const Intrinsics &tof_intrinsics() const override { return recording_.tof(); }
 
     std::optional<std::int64_t> time_ns(std::uint64_t k) const override {
         const std::uint64_t round = k / recording_.entries.size();
         if (round > last_round_)
             return std::nullopt;
         return entry(k).t_color_ns + static_cast<std::int64_t>(round) * period_ns_;
+    }
+
+    std::int64_t depth_time_ns(std::uint64_t k) const override {
+        const std::int64_t late_by_ns =
+            recording_.rig ? entry(k).t_depth_ns - entry(k).t_color_ns : 0;
+        return *time_ns(k) + late_by_ns;
     }
 
     Status read_luma(std::uint64_t k, ImageView<std::uint8_t> luma) override {
@@ -58,6 +66,42 @@ private:
     std::uint64_t last_round_ = 0; ///< 0: there is no second
 };
 
+/// What is wrong with the use of these options for two cameras; empty if nothing is.
+std::string problem_with_rig(const ReplayOptions &options) {
+    if (!options.rig)
+        return "";
+    if (options.order.reverse)
+        return "a recording of two cameras is not shown backwards: the read-out of its images and "
+               "the delay of its depth have a direction";
+    if (options.real_time && options.speed != 1)
+        return "a recording of two cameras is played at its own speed: the read-out time of its "
+               "images and the delay of its depth are in its calibration";
+    return "";
+}
+
+/// Refuses maps of another camera. One of another size, or that cannot be read, may be an accident.
+Status check_map_size(const Recording &recording) {
+    const Intrinsics &tof = recording.tof();
+    for (const auto *entry : {&recording.entries.front(), &recording.entries.back()}) {
+        const auto map = read_grey16(entry->depth_path);
+        if (!map || (map->width() == tof.width && map->height() == tof.height))
+            return ok();
+        if (entry == &recording.entries.back())
+            return Error{
+                recording.rig
+                    ? fmt::format("{}: is {}x{}, but the TOF camera of the calibration has {}x{}",
+                                  entry->depth_path, map->width(), map->height(), tof.width,
+                                  tof.height)
+                    : fmt::format("{}: is {}x{}, but the images are {}x{}: depth that is not "
+                                  "registered to them needs the calibration of both cameras, "
+                                  "calibration.toml in the folder {}",
+                                  entry->depth_path, map->width(), map->height(), tof.width,
+                                  tof.height, recording.folder),
+                EINVAL};
+    }
+    return ok();
+}
+
 } // namespace
 
 std::int64_t round_length_ns(const Recording &recording) {
@@ -72,9 +116,13 @@ Result<Rig> open_replay(const ReplayOptions &options) {
         return Error{"replay: wake_latency_frames and frames may not be negative", EINVAL};
     if (!(options.speed > 0))
         return Error{"replay: the speed must be more than 0", EINVAL};
-    Result<Recording> recording = open_recording(options.path);
+    if (const std::string problem = problem_with_rig(options); !problem.empty())
+        return Error{"replay: " + problem, EINVAL};
+    Result<Recording> recording = open_recording(options.path, std::nullopt, options.rig);
     if (!recording)
         return recording.error();
+    if (Status fits = check_map_size(*recording); !fits)
+        return fits.error();
     reorder(*recording, options.order);
     std::string warning;
     if (recording->skipped > 0)
@@ -88,6 +136,9 @@ Result<Rig> open_replay(const ReplayOptions &options) {
                         .speed = options.speed,
                         .round_ns = options.in_step ? std::llround(round_ns) : 0});
     rig.warning = std::move(warning);
+    if (options.rig)
+        rig.pairing = pairing_of_delayed(options.rig->tof_delay_s,
+                                         std::chrono::nanoseconds(recording_tolerance_ns));
     return rig;
 }
 

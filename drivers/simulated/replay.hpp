@@ -2,10 +2,12 @@
 #pragma once
 
 #include "core/base/result.hpp"
+#include "core/base/rig_calibration.hpp"
 #include "drivers/files/recording.hpp"
 #include "drivers/source.hpp"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 namespace afterglow {
@@ -21,13 +23,17 @@ struct ReplayOptions {
     /// At the recorded pace: rounds begin at whole multiples of their length on CLOCK_MONOTONIC, in
     /// step with all others who play the recording so.
     bool in_step = false;
+    /// The recording is of these two cameras; nothing: its depth is registered to the images.
+    std::optional<RigCalibration> rig{};
 };
 
 /// How long one round of a recording is: to where its first image would follow its last.
 std::int64_t round_length_ns(const Recording &recording);
 
 /// A recording that behaves like a camera with a TOF sensor. Nothing is known of a depth file
-/// until the illuminator is lit for its frame: files of unmeasured frames are not even opened.
+/// until the illuminator is lit for its frame: files of unmeasured frames are not even opened, but
+/// for the size of the first and the last, which must not both be another camera's. The maps of two
+/// cameras carry their own recorded times, those of registered depth their images'.
 Result<Rig> open_replay(const ReplayOptions &options);
 
 } // namespace afterglow

@@ -91,7 +91,7 @@ public:
             return Capture::damaged;
         }
         sequence_->read_amplitude(*turn_, frame.amplitude);
-        frame.t_ns = due_ns(*turn_);
+        frame.t_ns = played_ns(sequence_->depth_time_ns(*turn_));
         frame.sequence = *turn_;
         return Capture::frame;
     }
@@ -101,8 +101,9 @@ private:
         const auto frames = static_cast<std::uint64_t>(playback_.frames);
         return (frames == 0 || k < frames) && sequence_->time_ns(k).has_value();
     }
-    std::int64_t due_ns(std::uint64_t k) const {
-        const std::int64_t t_ns = *sequence_->time_ns(k);
+    std::int64_t due_ns(std::uint64_t k) const { return played_ns(*sequence_->time_ns(k)); }
+    /// The sequence's time on the clock of frames.
+    std::int64_t played_ns(std::int64_t t_ns) const {
         if (!playback_.real_time)
             return t_ns;
         return start_ns_ +
@@ -202,6 +203,11 @@ void MonotonicClock::sleep_until(std::int64_t t_ns) {
 std::int64_t next_round_ns(std::int64_t now_ns, std::int64_t round_ns) {
     constexpr std::int64_t preparation_ns = 500'000'000;
     return ((now_ns + preparation_ns) / round_ns + 1) * round_ns;
+}
+
+Pairing pairing_of_delayed(double tof_delay_s, std::chrono::nanoseconds apart) {
+    const std::chrono::nanoseconds delay(std::llround(1e9 * tof_delay_s));
+    return {.tolerance = apart + std::chrono::abs(delay), .delay = delay};
 }
 
 Rig make_rig(std::unique_ptr<FrameSequence> sequence, const Playback &playback,

@@ -5,6 +5,7 @@
 #include "core/base/result.hpp"
 #include "drivers/source.hpp"
 
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -20,6 +21,8 @@ public:
     virtual const Intrinsics &tof_intrinsics() const { return intrinsics(); }
     /// When image k was taken, on any clock; rises with k. Nothing if there is no image k.
     virtual std::optional<std::int64_t> time_ns(std::uint64_t k) const = 0;
+    /// When the depth map of image k was taken, on the same clock.
+    virtual std::int64_t depth_time_ns(std::uint64_t k) const { return *time_ns(k); }
     /// The pixels of image k, and its depth in millimetres. Views have the cameras' sizes.
     virtual Status read_luma(std::uint64_t k, ImageView<std::uint8_t> luma) = 0;
     virtual Status read_depth(std::uint64_t k, ImageView<std::uint16_t> depth) = 0;
@@ -57,6 +60,10 @@ struct Playback {
 /// The next whole multiple of `round_ns` after `now_ns`, with time left to get ready for it.
 std::int64_t next_round_ns(std::int64_t now_ns, std::int64_t round_ns);
 
+/// Pairs each map with the image that it is given with: their stamps differ by no more than
+/// `apart`, and the maps' are too early by the delay.
+Pairing pairing_of_delayed(double tof_delay_s, std::chrono::nanoseconds apart);
+
 /// Makes a sequence behave like a camera with a TOF sensor; color, tof and illuminator are
 /// interfaces of that one device.
 ///
@@ -67,8 +74,8 @@ std::int64_t next_round_ns(std::int64_t now_ns, std::int64_t round_ns);
 ///
 /// Depth: the turn of image k is from its read() to the next. Light that goes on in the turn of k
 /// gives a depth map in the turn of image k + wake_latency_frames and of each later one, until it
-/// goes off. One map an image, with the image's time and sequence, never waited for. In the dark
-/// no depth is read from the sequence.
+/// goes off. One map an image, with its own time and the image's sequence, never waited for. In
+/// the dark no depth is read from the sequence.
 Rig make_rig(std::unique_ptr<FrameSequence> sequence, const Playback &playback,
              std::shared_ptr<Clock> clock = std::make_shared<MonotonicClock>());
 

@@ -87,7 +87,6 @@ Result<Footage> open_rig_footage(SyntheticOptions options, const RigGeometry &ge
     auto rig = open_synthetic(options);
     if (!rig)
         return rig.error();
-    rig->pairing.delay = std::chrono::nanoseconds(std::llround(1e9 * geometry.rig.tof_delay_s));
     return Footage{
         .name = synthetic_name,
         .layout = synthetic_name,

@@ -132,10 +132,37 @@ TEST_CASE("what works with registered depth alone is refused beside a calibratio
     Folder folder;
     CHECK(folder.problems(room + rig + "estimator.preset = \"paper\"\n") ==
           "a.toml:4: rig.calibration: preset paper needs depth that is registered to the colour "
-          "camera, without this key");
-    CHECK(folder.problems(drivers("replay") + rig + "replay.path = \"room\"\n") ==
-          "a.toml:4: rig.calibration: the depth of recordings is registered to the colour camera; "
-          "the driver replay works without this key");
+          "camera, without a calibration file");
+}
+
+TEST_CASE("the calibration of a recording is its own, or the one that the configuration names",
+          "[config]") {
+    Folder folder;
+    const std::string replay = drivers("replay") + "replay.path = \"room\"\n";
+    const Result<Config> registered = folder.load(replay);
+    REQUIRE(registered);
+    CHECK_FALSE(registered->replay.rig);
+    const Result<Config> named = folder.load(replay + rig);
+    REQUIRE(named);
+    CHECK(*named->replay.rig == *named->calibration.rig);
+    CHECK(named->replay.rig->tof == test_rig().tof);
+
+    RigCalibration other = test_rig();
+    other.color.pinhole.fx = 90;
+    folder.folder.write("room/calibration.toml", calibration_toml(other));
+    const Result<Config> own = folder.load(replay);
+    REQUIRE(own);
+    CHECK(own->calibration.file == folder.folder / "room/calibration.toml");
+    REQUIRE(own->replay.rig);
+    CHECK(own->replay.rig->color == other.color);
+    CHECK(rig_geometry(*own));
+    CHECK(folder.load(replay + rig)->replay.rig->color == test_rig().color);
+    // The room's is that of the driver replay alone.
+    CHECK_FALSE(folder.load(room + "replay.path = \"room\"\n")->calibration.rig);
+
+    folder.folder.write("room/calibration.toml", "version = 1\n[color\n");
+    CHECK(folder.problems(replay).starts_with(
+        "a.toml:4: rig.calibration: room/calibration.toml:2: "));
 }
 
 TEST_CASE("the published camera is one of the rig's or a pinhole of one's own", "[config]") {

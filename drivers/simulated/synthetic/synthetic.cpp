@@ -158,9 +158,11 @@ Result<Rig> open_synthetic(const SyntheticOptions &options, SyntheticWorld world
         sequence = std::make_unique<TwoCameras>(options, std::move(world));
     else
         sequence = std::make_unique<SyntheticSequence>(options, std::move(world));
-    return make_rig(std::move(sequence), {.real_time = options.real_time,
-                                          .wake_latency_frames = options.wake_latency_frames,
-                                          .frames = options.frames});
+    Rig rig = make_rig(std::move(sequence), {.real_time = options.real_time,
+                                             .wake_latency_frames = options.wake_latency_frames,
+                                             .frames = options.frames});
+    rig.pairing = pairing_of_delayed(synthetic_rig(options).tof_delay_s, rig.pairing.tolerance);
+    return rig;
 }
 
 } // namespace afterglow
