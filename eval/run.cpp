@@ -18,6 +18,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <limits>
+#include <map>
 #include <utility>
 
 namespace afterglow {
@@ -113,6 +114,20 @@ void FootageArguments::add_to(CLI::App &command) {
     command.add_flag("--reverse", order.reverse, "Show a recording backwards in time");
 }
 
+void FootageArguments::add_rig_to(CLI::App &command) {
+    command
+        .add_option("--calibration", rig.calibration,
+                    "Of the two cameras of a recording whose depth is not registered; without it "
+                    "the file calibration.toml in the recording, if it is there")
+        ->check(CLI::ExistingFile);
+    static const std::map<std::string, PublishedCamera> views = {{"color", PublishedCamera::color},
+                                                                 {"tof", PublishedCamera::tof}};
+    command
+        .add_option("--published", rig.published,
+                    "Whose view of two cameras is published: color or tof")
+        ->transform(CLI::CheckedTransformer(views));
+}
+
 std::string synthetic_words() {
     std::string words = synthetic_name;
     for (const SimulatedSensor &sensor : simulated_sensors())
@@ -130,6 +145,10 @@ Result<Footage> FootageArguments::open(const std::string &dataset) const {
             return Error{
                 "--skip, --every and --reverse are of recordings, not of the synthetic room",
                 EINVAL};
+        if (!rig.calibration.empty() || rig.published != PublishedCamera::color)
+            return Error{"--calibration and --published are of recordings, not of the synthetic "
+                         "room (afterglow-eval rigs has two cameras in it)",
+                         EINVAL};
         SyntheticOptions options;
         options.seed = seed;
         options.wake_latency_frames = wake_latency;
@@ -138,9 +157,11 @@ Result<Footage> FootageArguments::open(const std::string &dataset) const {
         options.motion = motion;
         return open_synthetic_footage(options, dataset);
     }
-    auto footage = open_recorded_footage(
-        dataset,
-        {.layout = layout, .frames = frames, .wake_latency = wake_latency, .order = order});
+    auto footage = open_recorded_footage(dataset, {.layout = layout,
+                                                   .frames = frames,
+                                                   .wake_latency = wake_latency,
+                                                   .order = order,
+                                                   .rig = rig});
     if (footage && !footage->assumed.empty())
         fmt::print(stderr, "{}: {}\n", dataset, footage->assumed);
     return footage;
@@ -161,6 +182,7 @@ void RunArguments::add_to(CLI::App &command) {
         ->required();
     tuning.add_to(command);
     footage.add_to(command);
+    footage.add_rig_to(command);
     command
         .add_option("--workers", workers, "Threads that share the work; no result depends on it")
         ->check(CLI::Range(1, 64));
@@ -173,7 +195,11 @@ Status run(const RunArguments &arguments) {
     const auto tuning = arguments.tuning.resolve();
     if (!tuning)
         return tuning.error();
-    auto footage = arguments.footage.open(arguments.dataset);
+    FootageArguments how = arguments.footage;
+    // The oracle and the paper's pipeline do without lenses.
+    how.rig.allowed =
+        tuning->first.method == Method::keyframe && arguments.tuning.preset != oracle_preset;
+    auto footage = how.open(arguments.dataset);
     if (!footage)
         return footage.error();
     if (!arguments.dump.empty())

@@ -49,8 +49,11 @@ struct FootageArguments {
     double motion = 1;
     bool noise = true;
     FrameOrder order{}; ///< of recordings alone
+    RecordedRig rig{};  ///< of recordings alone
 
     void add_to(CLI::App &command);
+    /// The options of `rig`, for commands that work on two cameras.
+    void add_rig_to(CLI::App &command);
     /// `dataset`: a folder in any known layout, or a source of synthetic_tof(). What had to be
     /// assumed of it is told on standard error.
     Result<Footage> open(const std::string &dataset) const;

@@ -84,7 +84,7 @@ Result<Dataset> open(const std::string &folder) {
     dataset.read_luma = read_raw_luma;
     dataset.read_depth =
         [registration = std::make_shared<const DepthRegistration>(
-             raw_depth, BrownConrady{}, raw_depth_to_color(), color)](const std::string &path) {
+             raw_depth, LensDistortion{}, raw_depth_to_color(), color)](const std::string &path) {
             return read_raw_depth(path, *registration);
         };
     dataset.assumed = "the raw archives do not say where the colour camera is: 52 mm to the right "

@@ -75,6 +75,13 @@ Result<Dataset> open_dataset(const std::string &folder, std::string_view layout_
     return dataset;
 }
 
+Error not_registered(const std::string &folder, const std::string &calibration) {
+    return {fmt::format("{}: is a recording of two cameras ({}), and depth that is registered to "
+                        "the images is needed",
+                        folder, calibration),
+            EINVAL};
+}
+
 Dataset dataset_of(Recording recording) {
     Dataset dataset;
     dataset.camera = recording.camera;

@@ -17,7 +17,8 @@
 namespace afterglow {
 
 /// A sequence of a published RGB-D dataset, whatever its layout: pairs of images and depth maps,
-/// the depth registered to the image. docs/datasets.md tells how each layout is read.
+/// the depth registered to the image unless `calibration` is there. docs/datasets.md tells how each
+/// layout is read.
 struct Dataset {
     struct Frame {
         std::int64_t t_ns = 0; ///< of the image; not negative
@@ -28,7 +29,9 @@ struct Dataset {
 
     std::string layout;  ///< its name, as open_dataset() takes it
     std::string assumed; ///< a sentence on what the dataset does not say and was assumed; or empty
-    Intrinsics camera;   ///< of what read_luma() and read_depth() return
+    /// The file with the calibration of two cameras, whose frames only replay reads; or empty.
+    std::string calibration;
+    Intrinsics camera;         ///< of what read_luma() and read_depth() return
     std::vector<Frame> frames; ///< at least one; t_ns rises
     /// Images and depth maps that were left out, and why the first of them was.
     std::size_t skipped = 0;
@@ -43,6 +46,9 @@ struct Dataset {
 /// Opens a folder in any layout of dataset_layouts(), recognised by its files; reads text files,
 /// and of the images no more than it takes to tell layouts apart. `layout` forces one by its name.
 Result<Dataset> open_dataset(const std::string &folder, std::string_view layout = {});
+
+/// What refuses a recording of two cameras where depth must be registered to the images.
+Error not_registered(const std::string &folder, const std::string &calibration);
 
 /// "path/to/name/" and "path/to/name" are both "name".
 std::string folder_name(const std::string &folder);

@@ -63,6 +63,8 @@ Result<ImportSummary> import_dataset(const std::string &source, const std::strin
     std::error_code problem;
     if (fs::equivalent(source, destination, problem))
         return Error{fmt::format("{}: cannot be imported into itself", source), EINVAL};
+    if (!dataset->calibration.empty())
+        return not_registered(source, dataset->calibration);
     return write(*dataset, source, destination, options);
 }
 

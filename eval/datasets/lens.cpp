@@ -7,7 +7,7 @@
 
 namespace afterglow {
 
-Eigen::Vector2d BrownConrady::distort(const Eigen::Vector2d &x) const {
+Eigen::Vector2d LensDistortion::distort(const Eigen::Vector2d &x) const {
     const double r2 = x.squaredNorm();
     const double radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3));
     const double xy = 2 * x.x() * x.y();
@@ -15,7 +15,7 @@ Eigen::Vector2d BrownConrady::distort(const Eigen::Vector2d &x) const {
             x.y() * radial + p2 * xy + p1 * (r2 + 2 * x.y() * x.y())};
 }
 
-Eigen::Vector2d BrownConrady::undistort(const Eigen::Vector2d &x) const {
+Eigen::Vector2d LensDistortion::undistort(const Eigen::Vector2d &x) const {
     Eigen::Vector2d guess = x;
     for (int i = 0; i < 50; ++i) {
         const Eigen::Vector2d miss = x - distort(guess);
@@ -26,7 +26,7 @@ Eigen::Vector2d BrownConrady::undistort(const Eigen::Vector2d &x) const {
     return guess;
 }
 
-Luma undistorted(LumaView image, const Intrinsics &camera, const BrownConrady &lens) {
+Luma undistorted(LumaView image, const Intrinsics &camera, const LensDistortion &lens) {
     assert(image.width() == camera.width && image.height() == camera.height);
     Luma out(camera.width, camera.height);
     for (int v = 0; v < out.height(); ++v) {

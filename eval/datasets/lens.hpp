@@ -10,7 +10,7 @@ namespace afterglow {
 
 /// How a lens bends rays: Brown's model with the coefficients that OpenCV and Bouguet's toolbox
 /// call k1 k2 p1 p2 k3. All zero: a pinhole. Points are X/Z, Y/Z.
-struct BrownConrady {
+struct LensDistortion {
     double k1 = 0, k2 = 0, p1 = 0, p2 = 0, k3 = 0;
 
     /// Where the lens puts a point that a pinhole would put at `x`.
@@ -21,6 +21,6 @@ struct BrownConrady {
 
 /// The image that a pinhole with the same intrinsics would have taken: bilinear, with the edge
 /// pixels repeated where the lens saw nothing.
-Luma undistorted(LumaView image, const Intrinsics &camera, const BrownConrady &lens);
+Luma undistorted(LumaView image, const Intrinsics &camera, const LensDistortion &lens);
 
 } // namespace afterglow

@@ -18,12 +18,14 @@ namespace {
 // The calibration of the dataset's toolbox (camera_params.m).
 constexpr Intrinsics color = {
     518.85790117450188, 519.46961112127485, 325.58244941119034, 253.73616633400465, 640, 480};
-constexpr BrownConrady color_lens = {0.20796615318809061, -0.58613825163911781, 7.2231363135888329e-4,
-                             1.0479627195765181e-3, 0.49856986684705107};
+constexpr LensDistortion color_lens = {0.20796615318809061, -0.58613825163911781,
+                                       7.2231363135888329e-4, 1.0479627195765181e-3,
+                                       0.49856986684705107};
 constexpr Intrinsics depth = {
     582.62448167737955, 582.69103270988637, 313.04475870804731, 238.44389626620386, 640, 480};
-constexpr BrownConrady depth_lens = {-0.099897236553084481, 0.39065324602765344, 1.9290592870229277e-3,
-                             -1.9422022475975055e-3, -0.51031725053400578};
+constexpr LensDistortion depth_lens = {-0.099897236553084481, 0.39065324602765344,
+                                       1.9290592870229277e-3, -1.9422022475975055e-3,
+                                       -0.51031725053400578};
 
 /// The toolbox projects R X + T, where its R is minus the inverse of the calibrated rotation and
 /// its T lists t_x t_z t_y. A projection does not change with the sign of the point, so that is

@@ -80,7 +80,7 @@ void draw_quad(Image<float> &nearest, const Corner &a, const Corner &b, const Co
 
 } // namespace
 
-DepthRegistration::DepthRegistration(const Intrinsics &depth, const BrownConrady &depth_lens,
+DepthRegistration::DepthRegistration(const Intrinsics &depth, const LensDistortion &depth_lens,
                                      const Pose &depth_to_color, const Intrinsics &color)
     : depth_(depth), color_(color), translation_(depth_to_color.T) {
     rays_.reserve(static_cast<std::size_t>(depth.width) * static_cast<std::size_t>(depth.height));

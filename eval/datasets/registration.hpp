@@ -28,8 +28,8 @@ public:
 
     /// `depth_to_color` takes points of the depth camera's frame to the colour camera's, metres;
     /// `color` is a pinhole.
-    DepthRegistration(const Intrinsics &depth, const BrownConrady &depth_lens, const Pose &depth_to_color,
-                      const Intrinsics &color);
+    DepthRegistration(const Intrinsics &depth, const LensDistortion &depth_lens,
+                      const Pose &depth_to_color, const Intrinsics &color);
 
     const Intrinsics &depth_camera() const { return depth_; }
 

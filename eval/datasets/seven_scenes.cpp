@@ -103,9 +103,8 @@ Result<Dataset> open(const std::string &folder) {
     }
     dataset.read_luma = [](const std::string &path) { return read_luma_sized(path, color); };
     dataset.read_depth = [registration = std::make_shared<const DepthRegistration>(
-                              depth, BrownConrady{}, depth_to_color(), color)](const std::string &path) {
-        return read_depth(path, *registration);
-    };
+                              depth, LensDistortion{}, depth_to_color(), color)](
+                             const std::string &path) { return read_depth(path, *registration); };
     dataset.assumed = "the dataset does not say where its colour camera is nor how it sees: the "
                       "calibration of another Kinect was assumed";
     return dataset;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "config/calibration_file.hpp"
 #include "eval/datasets/layout.hpp"
 
 #include <fmt/format.h>
@@ -28,7 +29,9 @@ Result<Dataset> open_as_it_is(const std::string &folder) {
     Result<Recording> recording = open_recording(folder);
     if (!recording)
         return recording.error();
-    return dataset_of(*std::move(recording));
+    Dataset dataset = dataset_of(*std::move(recording));
+    dataset.calibration = calibration_of_recording(folder);
+    return dataset;
 }
 
 /// Which Kinect took a sequence: from the folder's name, or else from the bag that the comments of

@@ -101,6 +101,8 @@ Result<Sequence> load_recording(const std::string &folder, int frames, Watch &wa
     auto dataset = open_dataset(folder);
     if (!dataset)
         return dataset.error();
+    if (!dataset->calibration.empty())
+        return not_registered(folder, dataset->calibration);
     Sequence sequence;
     sequence.name = folder_name(folder);
     sequence.layout = dataset->layout;

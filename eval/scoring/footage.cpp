@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "eval/scoring/footage.hpp"
 
+#include "config/calibration_file.hpp"
 #include "drivers/files/recording.hpp"
 #include "drivers/simulated/replay.hpp"
 #include "drivers/simulated/synthetic/truth.hpp"
 #include "eval/datasets/dataset.hpp"
 #include "eval/datasets/import.hpp"
 #include "eval/import.hpp"
+#include "eval/scoring/recorded_rig_depth.hpp"
 
 #include <fmt/format.h>
 
@@ -16,6 +18,33 @@
 #include <utility>
 
 namespace afterglow {
+namespace {
+
+/// The cameras of a recording in a folder; nothing: its depth is registered to the images.
+/// `source`: its name for a person.
+Result<std::optional<RigGeometry>>
+recorded_geometry(const std::string &source, const std::string &folder, const RecordedRig &rig) {
+    const std::string file =
+        rig.calibration.empty() ? calibration_of_recording(folder) : rig.calibration;
+    if (file.empty() && rig.published != PublishedCamera::color)
+        return Error{fmt::format("{}: is of one camera, whose view is published; another needs the "
+                                 "calibration of two",
+                                 source),
+                     EINVAL};
+    if (file.empty())
+        return std::optional<RigGeometry>();
+    if (!rig.allowed)
+        return not_registered(source, file);
+    const Result<RigCalibration> calibration = load_calibration(file);
+    if (!calibration)
+        return calibration.error();
+    Config config;
+    config.calibration.rig = *calibration;
+    config.published.camera = rig.published;
+    return rig_geometry(config);
+}
+
+} // namespace
 
 Result<Footage> open_recorded_footage(const std::string &source, const RecordedOptions &options) {
     const ImportOptions import{
@@ -25,7 +54,12 @@ Result<Footage> open_recorded_footage(const std::string &source, const RecordedO
     auto prepared = ReplayFolder::prepare(source, import);
     if (!prepared)
         return prepared.error();
-    auto recording = open_recording(prepared->path());
+    const auto geometry = recorded_geometry(source, prepared->path(), options.rig);
+    if (!geometry)
+        return geometry.error();
+    const std::optional<RigCalibration> cameras =
+        *geometry ? std::optional((*geometry)->rig) : std::nullopt;
+    auto recording = open_recording(prepared->path(), std::nullopt, cameras);
     if (!recording)
         return recording.error();
     reorder(*recording, options.order);
@@ -34,7 +68,8 @@ Result<Footage> open_recorded_footage(const std::string &source, const RecordedO
                             .loop = false,
                             .wake_latency_frames = options.wake_latency,
                             .frames = options.frames,
-                            .order = options.order});
+                            .order = options.order,
+                            .rig = cameras});
     if (!rig)
         return rig.error();
     const auto total = static_cast<int>(recording->entries.size());
@@ -47,6 +82,7 @@ Result<Footage> open_recorded_footage(const std::string &source, const RecordedO
         .name = folder_name(source),
         .layout = imported.layout,
         .rig = *std::move(rig),
+        .geometry = *geometry,
         .frames = options.frames > 0 ? std::min(options.frames, total) : total,
         .left_out = static_cast<int>(recording->skipped + imported.skipped),
         .problem = imported.skipped > 0 ? imported.skipped_reason : recording->skipped_reason,
@@ -61,6 +97,13 @@ Result<Footage> open_recorded_footage(const std::string &source, const RecordedO
         const auto at = std::ranges::lower_bound(entries, t_ns, {}, &Recording::Entry::t_color_ns);
         return static_cast<std::uint64_t>(at - entries.begin());
     };
+    if (footage.geometry) {
+        auto depth = std::make_shared<RecordedRigDepth>(*footage.geometry);
+        footage.truth = [recorded, depth](std::uint64_t sequence) {
+            return depth->at(recorded->recording, sequence);
+        };
+        return footage;
+    }
     footage.truth = [recorded](std::uint64_t sequence) -> Result<DepthMap> {
         const Intrinsics &camera = recorded->recording.camera;
         DepthMap depth(camera.width, camera.height);

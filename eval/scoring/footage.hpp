@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "config/config.hpp"
 #include "core/base/image.hpp"
 #include "core/base/result.hpp"
 #include "core/rig/rig_geometry.hpp"
@@ -43,15 +44,24 @@ struct Footage {
     }
 };
 
+/// Two cameras of a recording, and which of them is published.
+struct RecordedRig {
+    std::string calibration{}; ///< a file; empty: calibration.toml in the recording, if it is there
+    PublishedCamera published = PublishedCamera::color;
+    bool allowed = false; ///< otherwise depth must be registered to the images
+};
+
 struct RecordedOptions {
     std::string layout{}; ///< docs/datasets.md; empty: recognised by its files
     int frames = 0;       ///< only the first so many; 0: all
     int wake_latency = 0;
     FrameOrder order{}; ///< in which frames are shown
+    RecordedRig rig{};
 };
 
 /// A recording, as fast as it can be read. In another layout than TUM's it is imported into a
-/// temporary folder first, which shows its progress and goes with the footage.
+/// temporary folder first, which shows its progress and goes with the footage. What stands for the
+/// truth is the depth that was recorded with an image; of two cameras, RecordedRigDepth.
 Result<Footage> open_recorded_footage(const std::string &folder, const RecordedOptions &options);
 
 /// The synthetic room with a TOF camera other than its own, for "synthetic:noisy" and so on.

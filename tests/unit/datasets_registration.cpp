@@ -30,7 +30,7 @@ Hit trace(const Eigen::Vector3d &origin, const Eigen::Vector3d &ray) {
 
 struct Cameras {
     Intrinsics depth = {240, 242, 161, 118, 320, 240};
-    BrownConrady lens = {-0.1, 0.2, 0.002, -0.001, -0.05};
+    LensDistortion lens = {-0.1, 0.2, 0.002, -0.001, -0.05};
     Pose depth_to_color = {rotation({0.01, -0.02, 0.008}), {-0.052, 0.003, 0.004}};
     Intrinsics color = {310, 308, 158, 122, 320, 240};
 
@@ -180,7 +180,7 @@ TEST_CASE("depth registration handles empty, zero-distance and far depth maps") 
 }
 
 TEST_CASE("undistorting a point inverts the lens distortion") {
-    const BrownConrady lens = {0.208, -0.586, 0.0007, 0.001, 0.4986};
+    const LensDistortion lens = {0.208, -0.586, 0.0007, 0.001, 0.4986};
     for (const double x : {-0.6, -0.1, 0.0, 0.3, 0.6})
         for (const double y : {-0.45, 0.0, 0.2, 0.45})
             CHECK((lens.distort(lens.undistort({x, y})) - Eigen::Vector2d(x, y)).norm() < 1e-9);
@@ -188,7 +188,7 @@ TEST_CASE("undistorting a point inverts the lens distortion") {
 
 TEST_CASE("an undistorted image equals the pinhole camera's") {
     const Intrinsics camera = {200, 205, 101, 73, 200, 150};
-    const BrownConrady lens = {0.2, -0.3, 0.001, -0.002, 0};
+    const LensDistortion lens = {0.2, -0.3, 0.001, -0.002, 0};
     // A ramp over the scene, linear in what a pinhole sees, taken through the lens.
     const auto brightness = [](const Eigen::Vector2d &x) { return 128 + 150 * x.x() + 80 * x.y(); };
     Luma taken(200, 150);
