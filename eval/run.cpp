@@ -18,7 +18,6 @@
 #include <cstdio>
 #include <filesystem>
 #include <limits>
-#include <map>
 #include <utility>
 
 namespace afterglow {
@@ -120,12 +119,14 @@ void FootageArguments::add_rig_to(CLI::App &command) {
                     "Of the two cameras of a recording whose depth is not registered; without it "
                     "the file calibration.toml in the recording, if it is there")
         ->check(CLI::ExistingFile);
-    static const std::map<std::string, PublishedCamera> views = {{"color", PublishedCamera::color},
-                                                                 {"tof", PublishedCamera::tof}};
     command
-        .add_option("--published", rig.published,
-                    "Whose view of two cameras is published: color or tof")
-        ->transform(CLI::CheckedTransformer(views));
+        .add_option_function<std::string>(
+            "--published",
+            [this](const std::string &view) {
+                rig.published = view == "tof" ? PublishedCamera::tof : PublishedCamera::color;
+            },
+            "Whose view of two cameras is published")
+        ->check(CLI::IsMember({"color", "tof"}));
 }
 
 std::string synthetic_words() {
