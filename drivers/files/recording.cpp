@@ -48,8 +48,10 @@ Result<std::string> path_inside(const std::string &folder, const TextFields &lin
 
 /// Takes an entry whose time has been checked against its neighbour's depth, if it comes in order.
 void append(Recording &recording, Recording::Entry entry, const TextFields &line) {
-    if (std::abs(entry.t_depth_ns - entry.t_color_ns) > recording_tolerance_ns)
-        skip(recording, line.error("the depth map is more than 20 ms from the image"));
+    const std::int64_t tolerance_ns = recording.rig ? rig_tolerance_ns : recording_tolerance_ns;
+    if (std::abs(entry.t_depth_ns - entry.t_color_ns) > tolerance_ns)
+        skip(recording, line.error(fmt::format("the depth map is more than {} ms from the image",
+                                               tolerance_ns / 1'000'000)));
     else if (!recording.entries.empty() && entry.t_color_ns <= recording.entries.back().t_color_ns)
         skip(recording, line.error("the time is not later than the one before"));
     else

@@ -52,6 +52,9 @@ struct Recording {
 /// An image of rgb.txt goes with the depth map of depth.txt nearest in time, if each is the
 /// other's nearest and they are no further apart than this.
 inline constexpr std::int64_t recording_tolerance_ns = 20'000'000;
+/// The same of two cameras' frames that associations.txt pairs: their maps count by times of their
+/// own.
+inline constexpr std::int64_t rig_tolerance_ns = 100'000'000;
 
 /// Another order of a recording's frames, to see what a result owes to the one that was recorded.
 struct FrameOrder {

@@ -138,7 +138,7 @@ Result<Rig> open_replay(const ReplayOptions &options) {
     rig.warning = std::move(warning);
     if (options.rig)
         rig.pairing = pairing_of_delayed(options.rig->tof_delay_s,
-                                         std::chrono::nanoseconds(recording_tolerance_ns));
+                                         std::chrono::nanoseconds(rig_tolerance_ns));
     return rig;
 }
 

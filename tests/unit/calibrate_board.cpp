@@ -8,19 +8,6 @@
 
 using namespace afterglow;
 
-namespace {
-
-RigCalibration small_rig() {
-    RigCalibration rig;
-    rig.color = {
-        {520, 522, 316, 243, 640, 480}, Lens::brown_conrady, {-0.12, 0.06, 0.001, -0.0007, -0.01}};
-    rig.tof = {{205, 206, 113, 84, 224, 172}, Lens::brown_conrady, {-0.05, 0.02, 0, 0.0005}};
-    rig.tof_from_color = {rotation({0.02, -0.03, 0.01}), {0.025, 0.003, -0.004}};
-    return rig;
-}
-
-} // namespace
-
 TEST_CASE("a board that is drawn is found, every corner where it is") {
     for (const char *text : {"chessboard:10x7:30", "chessboard:7x6:30", "charuco:9x6:30",
                              "charuco:10x7:30:0.6", "aprilgrid:6x5:40", "aprilgrid:4x3:40:0.25"}) {
@@ -41,7 +28,7 @@ TEST_CASE("a board that is drawn is found, every corner where it is") {
 }
 
 TEST_CASE("both cameras find a tilted board to a tenth of a pixel, in their own pictures") {
-    const RigCalibration rig = small_rig();
+    const RigCalibration rig = narrow_rig();
     const Board board = *parse_board("chessboard:8x5:45");
     SimulatedBoards world(rig, board);
     const Pose pose{rotation({0.4, -0.3, 0.1}), {-0.2, -0.1, 0.7}};
