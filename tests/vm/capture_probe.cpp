@@ -24,6 +24,7 @@
 #include "drivers/libcamera/libcamera.hpp"
 #endif
 #include "drivers/v4l2/v4l2.hpp"
+#include "tests/vm/played_recording.hpp"
 #include "tests/vm/test_pattern.hpp"
 
 #include <fmt/format.h>
@@ -117,14 +118,14 @@ std::vector<Image<Pixel>> recorded_images(const std::string &folder) {
     std::vector<Image<Pixel>> images;
     if (folder.empty())
         return images;
-    const Result<Recording> recording = open_recording(folder);
+    const Result<Recording> recording = open_played(folder);
     if (!recording) {
         say(recording.error().message);
         std::exit(2);
     }
     for (std::size_t k = 0; k < recording->entries.size(); ++k) {
-        Image<Pixel> &image =
-            images.emplace_back(recording->camera.width, recording->camera.height);
+        const Intrinsics &camera = sizeof(Pixel) == 2 ? recording->tof() : recording->camera;
+        Image<Pixel> &image = images.emplace_back(camera.width, camera.height);
         Status read = ok();
         if constexpr (sizeof(Pixel) == 2)
             read = read_depth_mm(*recording, k, image);

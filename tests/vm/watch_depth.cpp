@@ -2,25 +2,26 @@
 // watch_depth BUS RECORDING FRAMES [DIR]: reads what a daemon publishes whose cameras play a
 // recording, and holds it against that. A line for each frame:
 //
-//     NUMBER SOURCE ILLUMINATED T_NS MRE
+//     NUMBER SOURCE ILLUMINATED T_NS MRE MEASUREMENT_T_NS
 //
 // NUMBER is its number in the recording, or -1: no image of it. MRE is the mean relative error of
-// its depth, percent, over the pixels that it and the recording have.
+// its depth, percent, over the pixels that it and the recording have; 0 where depth is not
+// registered to the images. MEASUREMENT_T_NS is when its map was measured, if it is one.
 //
 // Ends and fails if an image is not one of the recording, or a measured map not that of its image;
-// but where that has holes, they may be filled. With DIR depth is written there as 000000.png and
-// so on, and the number of the first frame as DIR/first.
+// but where that has holes, they may be filled, and where depth is not registered nothing is said
+// of maps. With DIR depth is written there as 000000.png and so on.
 #include "afterglow/afterglow.h"
 #include "drivers/files/image_file.hpp"
 #include "drivers/files/recording.hpp"
 #include "tests/open_stream.hpp"
+#include "tests/vm/played_recording.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <fstream>
 #include <string>
 #include <vector>
 
@@ -33,7 +34,7 @@ struct RecordedFrames {
     explicit RecordedFrames(const Recording &recording) {
         for (std::size_t k = 0; k < recording.entries.size(); ++k) {
             images.emplace_back(recording.camera.width, recording.camera.height);
-            maps.emplace_back(recording.camera.width, recording.camera.height);
+            maps.emplace_back(recording.tof().width, recording.tof().height);
             if (!read_luma(recording.entries[k].color_path, images.back()) ||
                 !read_depth_mm(recording, k, maps.back()))
                 std::exit(2);
@@ -103,25 +104,30 @@ int watch(const char *bus, const Recording &recording, int frames, const std::st
     }
     Seen seen;
     seen.luma = Luma(recording.camera.width, recording.camera.height);
-    seen.depth = DepthMap(recording.camera.width, recording.camera.height);
+    afterglow_plane_info published = {};
+    published.size = sizeof published;
+    if (afterglow_get_plane_info(stream, AFTERGLOW_PLANE_DEPTH, &published) != 0)
+        return 1;
+    seen.depth = DepthMap(static_cast<int>(published.width), static_cast<int>(published.height));
     for (int count = 0; count < frames; ++count) {
         if (!read_next(stream, count == 0, seen)) {
             fmt::print("the stream has ended\n");
             return 1;
         }
         const int number = recorded.number_of(seen.luma);
-        const DepthMap *map =
-            number < 0 ? nullptr : &recorded.maps[static_cast<std::size_t>(number)];
-        fmt::print("{} {} {} {} {:.2f}\n", number, seen.frame.source,
+        const bool measured = seen.frame.source == AFTERGLOW_MEASURED;
+        const DepthMap *map = number < 0 || recording.rig
+                                  ? nullptr
+                                  : &recorded.maps[static_cast<std::size_t>(number)];
+        fmt::print("{} {} {} {} {:.2f} {}\n", number, seen.frame.source,
                    seen.frame.emitter == AFTERGLOW_EMITTER_ON ? 1 : 0, seen.frame.t_ns,
-                   map ? mean_relative_error(seen.depth, *map) : 0);
+                   map ? mean_relative_error(seen.depth, *map) : 0,
+                   measured ? seen.frame.measurement_t_ns : 0);
         std::fflush(stdout);
-        if (!map || (seen.frame.source == AFTERGLOW_MEASURED && !is_filled(seen.depth, *map)))
+        if (number < 0 || (map && measured && !is_filled(seen.depth, *map)))
             return 1;
         if (folder.empty())
             continue;
-        if (count == 0)
-            std::ofstream(folder + "/first") << number << "\n";
         if (!write_png(fmt::format("{}/{:06}.png", folder, count), seen.depth.view()))
             return 1;
     }
@@ -136,6 +142,6 @@ int main(int argc, char **argv) {
         std::fprintf(stderr, "usage: watch_depth BUS RECORDING FRAMES [DIR]\n");
         return 2;
     }
-    const Result<Recording> recording = open_recording(argv[2]);
+    const Result<Recording> recording = vm::open_played(argv[2]);
     return recording ? watch(argv[1], *recording, std::atoi(argv[3]), argc == 5 ? argv[4] : "") : 2;
 }

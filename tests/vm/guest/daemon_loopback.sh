@@ -18,3 +18,4 @@ cat frames.log
 kill $daemon $feeder
 wait $daemon
 as_offline
+lit_as_told

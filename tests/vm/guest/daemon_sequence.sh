@@ -26,3 +26,4 @@ check "$(statistic FramesMissed)" == 0
 kill $daemon $feeder
 wait $daemon
 as_offline
+lit_as_told

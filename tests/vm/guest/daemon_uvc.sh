@@ -17,3 +17,4 @@ check "$(statistic PairingErrorP99)" '<' 50000000
 kill $daemon
 wait $daemon
 as_offline
+lit_as_told

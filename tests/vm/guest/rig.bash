@@ -164,25 +164,35 @@ frame_after() {
         print int($4 / 1e6); found = 1; exit } END { exit !found }' frames.log
 }
 
-# as_offline: what watch_depth has read (frames.log, published/) is what afterglow-eval publishes
-# for the same frames of a TOF camera that wakes as fast, pixel for pixel; and the emitter was off
-# whenever a frame says so.
+# as_offline [OPTION...]: what watch_depth has read (frames.log, published/) is what afterglow-eval
+# publishes for the same frames of a TOF camera that wakes as fast, pixel for pixel. A map of two
+# cameras has its own time.
 as_offline() {
-    local first latency
+    local latency delay_ms=none
     latency=$(awk '$2 == 1 { print NR - 1; exit }' frames.log)
-    first=$(cat published/first)
     mkdir -p played
     cp -r room/rgb room/depth room/camera.txt played
-    # The recording as it was seen: from its frame `first`, on from its beginning, when it was seen.
+    if [ -e room/calibration.toml ]; then
+        cp room/calibration.toml played
+        delay_ms=$(awk '$1 == "delay_ms" { print $3 }' room/calibration.toml)
+    fi
+    # The recording as it was seen: each frame when it was, by its number.
     grep -v '^#' room/associations.txt >lines
-    { tail -n +$((first + 1)) lines; head -n "$first" lines; } | paste -d ' ' - frames.log |
-        awk '{ t = sprintf("%d.%09d", int($8 / 1e9), $8 % 1e9); print t, $2, t, $4 }' \
-            >played/associations.txt
+    awk -v delay_ms="$delay_ms" '
+        function seconds(ns) { return sprintf("%d.%09d", int(ns / 1e9), ns % 1e9) }
+        NR == FNR { color[NR - 1] = $2; depth[NR - 1] = $4; next }
+        { map_ns = delay_ms != "none" && $2 == 1 ? $6 - delay_ms * 1e6 : $4
+          print seconds($4), color[$1], seconds(map_ns), depth[$1] }' lines frames.log \
+        >played/associations.txt
     afterglow-eval run played --dump offline --wake-latency "$latency" --set gate.mode=interval \
-        --set gate.interval_frames=5 >eval.log 2>&1
+        --set gate.interval_frames=5 "$@" >eval.log 2>&1 || { cat eval.log; fail "it is played"; }
     for map in published/*.png; do
         cmp "$map" "offline/$(basename "$map")" || { cat frames.log daemon.log; fail "as offline"; }
     done
+}
+
+# lit_as_told: the emitter of the OpenNI2 device was off whenever a frame says so.
+lit_as_told() {
     awk 'NR == FNR { if ($2 == "on") from[++n] = $1; if ($2 == "off") to[n] = $1; next }
          $3 == 0 { for (i = 1; i <= n; ++i)
                        if ($4 >= from[i] && (!to[i] || $4 < to[i])) { print "lit:", $0; wrong = 1 } }

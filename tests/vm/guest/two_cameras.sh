@@ -1,18 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
 # A USB camera of 1280x720 and a depth node, Z16 of 320x240, show one room at the same moments: each
-# image and each map is one of its recording, and both have the number that is due.
+# image and each map is one of its recording, and both have the number that is due. The daemon makes
+# of them what afterglow-eval makes of the recording, in the view of either camera.
 . /vm/guest/rig.bash
 # So slow that the emulated processor keeps up with ease.
-record_room color 6 500 1280 720
-record_room tof 6 500 320 240
-recording=$PWD/color plug_in 0 color
-recording=$PWD/tof plug_in 1 tof depth
+record_room room 6 500 rig
+recording=$PWD/room plug_in 0 color
+recording=$PWD/room plug_in 1 tof depth
 
+echo "-- both alone"
 in_background color.out capture_probe device="$(by_id color)" width=1280 height=720 fps=5 \
-    recording=color frames=12
+    recording=room frames=12
 color=$!
 in_background tof.out capture_probe device="$(by_id tof)" width=320 height=240 fps=5 tof=1 \
-    format=Z16 recording=tof frames=12
+    format=Z16 recording=room frames=12
 wait $! $color || { cat color.out tof.out; fail "both give frames"; }
 cat color.out tof.out
 for camera in color tof; do
@@ -25,3 +26,41 @@ awk '/^shown/ && NR == FNR { t[$2, ++n[$2]] = $3; next }
              if ($3 - t[$2, i] < 250 && t[$2, i] - $3 < 250) ++together
      }
      END { exit !(together >= 8) }' color.out tof.out || fail "both show the same moments"
+
+for view in tof color; do
+    echo "-- the daemon, view of the camera: $view"
+    cat >daemon.toml <<TOML
+[color]
+driver = "v4l2"
+device = "$(by_id color)"
+fps = 5
+[tof]
+driver = "v4l2"
+device = "$(by_id tof)"
+format = "Z16"
+fps = 5
+warmup_maps = 0
+pairing_tolerance_ms = 100
+pairing_wait_ms = 400
+[illuminator]
+driver = "none"
+[rig]
+calibration = "room/calibration.toml"
+[published]
+camera = "$view"
+[gate]
+mode = "interval"
+interval_frames = 5
+[daemon]
+workers = 1
+TOML
+    start_daemon
+    rm -rf published played offline
+    mkdir published
+    watch_depth "$bus" room 12 published | tee frames.log || { cat daemon.log; fail "right frames"; }
+    check "$(awk '$2 == 1' frames.log | wc -l)" '>=' 2 # measured
+    check "$(awk '$2 == 2' frames.log | wc -l)" '>=' 6 # estimated
+    kill $daemon
+    wait $daemon
+    as_offline --published "$view"
+done

@@ -11,6 +11,7 @@
 //                                            of a frame
 #include "drivers/files/image_file.hpp"
 #include "drivers/files/recording.hpp"
+#include "tests/vm/played_recording.hpp"
 #include "tests/vm/uvc_camera/controls.hpp"
 #include "tests/vm/uvc_camera/payload.hpp"
 #include "tests/vm/uvc_camera/usbip.hpp"
@@ -156,7 +157,7 @@ private:
 class RecordedImages final : public ImageSequence {
 public:
     static std::unique_ptr<ImageSequence> open(const char *folder, bool depth) {
-        const Result<Recording> recording = open_recording(folder);
+        const Result<Recording> recording = open_played(folder);
         if (!recording) {
             std::fprintf(stderr, "uvc_camera: %s\n", recording.error().message.c_str());
             std::exit(1);
@@ -164,10 +165,10 @@ public:
         return std::make_unique<RecordedImages>(*recording, depth);
     }
     RecordedImages(const Recording &recording, bool depth) : rounds_(recording) {
-        const auto [width, height] = std::pair(recording.camera.width, recording.camera.height);
-        Luma luma(width, height);
+        const Intrinsics &camera = depth ? recording.tof() : recording.camera;
+        Luma luma(camera.width, camera.height);
         for (std::size_t k = 0; k < recording.entries.size(); ++k) {
-            images_.emplace_back(width, height);
+            images_.emplace_back(camera.width, camera.height);
             const Status read = depth ? read_depth_mm(recording, k, images_.back())
                                       : read_luma(recording.entries[k].color_path, luma);
             if (!read)
