@@ -20,6 +20,15 @@ std::uint16_t clamped(double value, double most) {
 
 } // namespace
 
+RigCalibration narrow_rig() {
+    RigCalibration rig;
+    rig.color = {
+        {520, 522, 316, 243, 640, 480}, Lens::brown_conrady, {-0.12, 0.06, 0.001, -0.0007, -0.01}};
+    rig.tof = {{205, 206, 113, 84, 224, 172}, Lens::brown_conrady, {-0.05, 0.02, 0, 0.0005}};
+    rig.tof_from_color = {rotation({0.02, -0.03, 0.01}), {0.025, 0.003, -0.004}};
+    return rig;
+}
+
 SimulatedBoards::Rays::Rays(const CameraModel &model)
     : camera(model), x(model.pinhole.width + 1, model.pinhole.height + 1),
       y(model.pinhole.width + 1, model.pinhole.height + 1) {

@@ -15,6 +15,9 @@
 
 namespace afterglow {
 
+/// Two cameras like many: 640x480 and 224x172, 25 mm apart and turned by two degrees.
+RigCalibration narrow_rig();
+
 /// Where a board is in the colour camera's frame, seconds.
 using BoardMotion = std::function<Pose(double t_s)>;
 

@@ -80,10 +80,12 @@ void plane_residuals(std::span<const DepthReading> readings, const CameraModel &
                      Eigen::Ref<Eigen::VectorXd> r) {
     const Eigen::Vector3d normal = pose.R.col(2);
     const double distance = normal.dot(pose.T);
-    for (std::size_t i = 0; i < readings.size(); ++i)
-        r[static_cast<int>(i)] =
-            (scale * normal.dot(point_of(readings[i], camera, range_along_ray)) - distance) /
-            noise_m;
+    for (std::size_t i = 0; i < readings.size(); ++i) {
+        DepthReading unit = readings[i];
+        unit.m = 1;
+        const double expected = distance / normal.dot(point_of(unit, camera, range_along_ray));
+        r[static_cast<int>(i)] = (scale * readings[i].m - expected) / noise_m;
+    }
 }
 
 double noise_of(std::vector<double> residuals) {

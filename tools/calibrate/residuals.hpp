@@ -66,7 +66,9 @@ struct DepthReading {
 Eigen::Vector3d point_of(const DepthReading &reading, const CameraModel &camera,
                          bool range_along_ray);
 
-/// How far readings, times `scale`, are from the plane of a board at `pose`.
+/// Readings, times `scale`, less what the plane of a board at `pose` lets expect of their pixels.
+/// In the direction that is measured: across the plane, noise would shrink with each change of the
+/// camera that makes rays graze it, and the camera be found with that change.
 void plane_residuals(std::span<const DepthReading> readings, const CameraModel &camera,
                      bool range_along_ray, const Pose &pose, double noise_m, double scale,
                      Eigen::Ref<Eigen::VectorXd> residuals);
