@@ -38,7 +38,7 @@ Unknowns unknowns_of(const LensModel &lens, const Intrinsics &size, bool is_know
 
 /// The lenses that a camera is fitted with, found as a pinhole.
 std::vector<LensModel> lenses_to_try(const std::optional<Lens> &wanted) {
-    const LensModel pinhole{}, brown_conrady{Lens::brown_conrady, 4},
+    const LensModel pinhole{}, brown_conrady{Lens::brown_conrady, 2},
         kannala_brandt{Lens::kannala_brandt, 4};
     if (!wanted)
         return {pinhole, brown_conrady};
