@@ -80,7 +80,8 @@ void Warp::scatter(const DepthSurface &surface, const Pose &pose, const Eigen::V
     const Eigen::Matrix3d K = to_.matrix(), KR = K * pose.R, Ki = from_.matrix().inverse();
     const LandingLimits limits = {surface.options().nearest_m,     surface.options().farthest_m,
                                   static_cast<float>(to_.width),   static_cast<float>(to_.height),
-                                  options_.least_edge_distance_px, nearest_.width()};
+                                  options_.edges_hide ? 1 : options_.least_edge_distance_px,
+                                  nearest_.width()};
     const double margin_px = options_.crack_px + 1 + to_.fx * skew.cast<double>().norm();
     for (int y = first_tile_row; y < end_tile_row; ++y)
         for (int x = 0; x < landing_.width(); ++x)
@@ -131,6 +132,9 @@ void Warp::fill_cracks(const DepthSurface &surface, DepthView taken, int v, int 
     for (int u = next_doubtful(begin); u < end; u = next_doubtful(u + 1))
         if (const WarpedPixel filled = fill_pixel(surface, in + u); filled != 0)
             out[u] = filled;
+    if (options_.edges_hide)
+        for (int u = begin; u < end; ++u)
+            out[u] = (out[u] & warped_edge_mask) < options_.least_edge_distance_px ? 0 : out[u];
 }
 
 /// What the pixel at `at` of the scattered map becomes if it is a crack: an empty pixel, or one

@@ -15,6 +15,9 @@ namespace afterglow {
 struct WarpOptions {
     /// Readings nearer than this to a depth edge of their map are not carried, pixels (1 = all).
     int least_edge_distance_px = 2;
+    /// Such readings hide what is behind them all the same. Between two cameras side by side the
+    /// far surface would show through all edges of the near one, on one side.
+    bool edges_hide = false;
     /// Widest crack that is filled, pixels: 0, 1 or 2.
     int crack_px = 2;
 };

@@ -23,6 +23,7 @@ KeyframeOptions adapted(KeyframeOptions options, const RigGeometry &geometry, co
         1 +
         std::clamp(static_cast<int>(std::lround((options.warp.least_edge_distance_px - 1) * finer)),
                    0, DepthSurface::far_from_edge - 1);
+    options.warp.edges_hide = true;
     if (views.readout_s > 0)
         options.motion.readout_s = static_cast<float>(views.readout_s);
     return options;
