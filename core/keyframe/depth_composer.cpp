@@ -20,13 +20,6 @@ struct Candidate {
 
 } // namespace
 
-Eigen::Vector3f shutter_skew(const Views &views, const Keyframe &keyframe,
-                             const Eigen::Vector3f &since) {
-    if (!views.publishes_tracking())
-        return Eigen::Vector3f::Zero(); // that camera shows one instant
-    return views.surface_from_tracking.R.cast<float>() * (keyframe.skew + since);
-}
-
 DepthComposer::DepthComposer(const Views &views, const KeyframeOptions &options, WorkerPool &pool)
     : views_(views), camera_(views.published), options_(options), pool_(pool),
       warp_(views.surface, views.published, options.warp), depth_(camera_.width, camera_.height),
@@ -41,7 +34,7 @@ void DepthComposer::clear() {
 }
 
 void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const Pose &now,
-                            const Alignment &alignment, int enough,
+                            const Alignment &alignment, const Twist &while_read, int enough,
                             const DepthCorrection &correction, float error_scale) {
     correction_ = correction;
     clear();
@@ -64,8 +57,14 @@ void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const P
             break;
         const Keyframe &k = keyframes[candidates[static_cast<std::size_t>(i)].keyframe];
         const Pose pose = now * k.depth_from_world.inverse();
-        warp_.run(k.surface, pose, depth_, pool_,
-                  shutter_skew(views_, k, first ? alignment.skew : Eigen::Vector3f::Zero()));
+        RollingShutter shutter;
+        if (views_.publishes_tracking()) { // other cameras show one instant
+            if (views_.readout_s > 0)
+                shutter.motion = while_read;
+            else if (first)
+                shutter.skew = views_.surface_from_tracking.R.cast<float>() * alignment.skew;
+        }
+        warp_.run(k.surface, pose, depth_, pool_, shutter);
         merge(map_error(k.surface, views_, pose, alignment.covariance, options_.error,
                         k.calibration_shift),
               k.surface, error_scale);

@@ -17,11 +17,6 @@
 
 namespace afterglow {
 
-/// How the rows of a published picture turn against a keyframe's surface, rotation vector, surface
-/// camera's coordinates, radians; `since`: how much more than the keyframe's image did.
-Eigen::Vector3f shutter_skew(const Views &views, const Keyframe &keyframe,
-                             const Eigen::Vector3f &since);
-
 /// Draws one depth map from several keyframes: the reference map first, then those that see most
 /// of the view, each into the pixels that are still empty. Every pixel gets the confidence that its
 /// expected error deserves.
@@ -32,12 +27,12 @@ public:
     DepthComposer(const Views &views, const KeyframeOptions &options, WorkerPool &pool);
 
     /// `now`: world to published camera, when its depth map would be exposed. `alignment`: of the
-    /// image with keyframe `reference`. Stops when `enough` pixels are covered. The map shows what
-    /// a TOF camera with that `correction` would read. `error_scale`: factor on the modelled
-    /// errors.
+    /// image with keyframe `reference`. `while_read`: motion of the scene before the tracking
+    /// camera while Views::readout_s. Stops when `enough` pixels are covered. The map shows what a
+    /// TOF camera with that `correction` would read. `error_scale`: factor on the modelled errors.
     void compose(const KeyframeSet &keyframes, int reference, const Pose &now,
-                 const Alignment &alignment, int enough, const DepthCorrection &correction = {},
-                 float error_scale = 1);
+                 const Alignment &alignment, const Twist &while_read, int enough,
+                 const DepthCorrection &correction = {}, float error_scale = 1);
     /// Lowers the confidence of what lies in moving cells to that of `relative_error`.
     void distrust(const MotionMask &mask, float relative_error);
     /// Adds what is expected of each cell to that of its pixels, in quadrature. `scale`: factor on

@@ -65,11 +65,12 @@ const Estimate &DepthPublication::nothing(std::int64_t t_ns) {
 
 const Estimate &DepthPublication::estimated(const KeyframeSet &keyframes,
                                             const KeyframeTracker &tracker, const Pose &from_world,
+                                            const Twist &while_read,
                                             const DepthCorrection &correction, std::int64_t t_ns) {
     const Alignment &alignment = tracker.alignment();
     if (alignment.good) {
-        composer_.compose(keyframes, tracker.reference(), from_world, alignment, enough_,
-                          correction, error_scale_.scale());
+        composer_.compose(keyframes, tracker.reference(), from_world, alignment, while_read,
+                          enough_, correction, error_scale_.scale());
         motion_mask_.find(tracker.compared(keyframes), tracker.image(),
                           tracker.compared_alignment(), composer_.depth());
         composer_.distrust(motion_mask_, moving_scale_.scale() * options_.error.moving_error);

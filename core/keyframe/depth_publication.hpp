@@ -23,10 +23,11 @@ public:
     /// A new image, taken at `t_ns`, with no pose to show depth from; asks for a measurement.
     const Estimate &nothing(std::int64_t t_ns);
     /// A new image, taken at `t_ns` and aligned by `tracker`. `from_world`: the published camera's
-    /// pose for it. Nothing, if the alignment is not good.
+    /// pose for it; `while_read`: as DepthComposer::compose() takes it. Nothing, if the alignment
+    /// is not good.
     const Estimate &estimated(const KeyframeSet &keyframes, const KeyframeTracker &tracker,
-                              const Pose &from_world, const DepthCorrection &correction,
-                              std::int64_t t_ns);
+                              const Pose &from_world, const Twist &while_read,
+                              const DepthCorrection &correction, std::int64_t t_ns);
     /// `depth`, as the published camera sees it from `from_world`, was measured for the last image;
     /// what it lacks stays as estimated. `fresh`: the keyframe made of it; `calibration`: what it
     /// and those before tell of the cameras.

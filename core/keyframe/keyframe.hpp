@@ -25,9 +25,6 @@ struct Keyframe {
     Pose from_world;
     Pose depth_from_world;
     Eigen::Vector3d turning = Eigen::Vector3d::Zero(); ///< camera's rotation rate then, rad/s
-    /// How much further the camera turned from the first to the last row of its image, where the
-    /// surface was measured all at once; rotation vector, tracking camera's coordinates, radians.
-    Eigen::Vector3f skew = Eigen::Vector3f::Zero();
     std::int64_t t_ns = 0;
     /// By how much its place in images may be wrong for the rig's calibration, radians, one sigma.
     float calibration_shift = 0;

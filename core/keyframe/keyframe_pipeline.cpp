@@ -26,8 +26,8 @@ const Estimate &KeyframePipeline::track(LumaView luma, std::int64_t t_ns) {
         return publication_.nothing(t_ns);
     tracker_.align(keyframes_, t_ns, dt, publication_.composed(), published_correction(), motion_);
     depth_now_ = views_.surface_from_tracking * lag() * motion_.now();
-    return publication_.estimated(keyframes_, tracker_, published_now(), published_correction(),
-                                  t_ns);
+    return publication_.estimated(keyframes_, tracker_, published_now(), while_read(),
+                                  published_correction(), t_ns);
 }
 
 const Estimate &KeyframePipeline::measure(const Measurement &measurement) {
@@ -48,10 +48,8 @@ const Estimate &KeyframePipeline::measure(const Measurement &measurement) {
     k.depth_from_world = depth_now_;
     k.t_ns = t_ns_;
     k.turning = motion_.turning();
-    k.skew = (views_.readout_s * k.turning).cast<float>();
     k.alignment_template.build(tracker_.image(),
-                               seen_.seen(k.surface, pool_, lag().inverse(),
-                                          views_.surface_from_tracking.R.cast<float>() * k.skew));
+                               seen_.seen(k.surface, pool_, lag().inverse(), while_read()));
     tracker_.keyframe_added();
     calibration_watch_.add(k.surface, views_.surface, views_.surface_from_tracking.inverse(),
                            tracker_.image(), motion_.rate());
@@ -62,7 +60,7 @@ const Estimate &KeyframePipeline::measure(const Measurement &measurement) {
         views_.publishes_readings()
             ? measurement.depth
             : published_.rendered(k.surface, from_world * depth_now_.inverse(), pool_,
-                                  shutter_skew(views_, k, Eigen::Vector3f::Zero()));
+                                  views_.publishes_tracking() ? while_read() : Twist::Zero());
     return publication_.measured(shown, k, from_world, calibration_watch_.state());
 }
 

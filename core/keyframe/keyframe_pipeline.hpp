@@ -32,6 +32,8 @@ public:
 private:
     /// Motion of the tracking camera from an image's exposure to its depth map's.
     Pose lag() const { return motion_.moved_in(stated_lag_s_ + registration_.correction().lag_s); }
+    /// Motion of the scene before the tracking camera while its last image was read.
+    Twist while_read() const { return views_.readout_s * motion_.rate(); }
     /// World to published camera at the last image.
     Pose published_now() const;
     /// The correction that composed maps are shown with.

@@ -15,17 +15,17 @@ SurfaceRegistration::SurfaceRegistration(const Intrinsics &from, const Intrinsic
 }
 
 const DepthSurface &SurfaceRegistration::seen(const DepthSurface &surface, WorkerPool &pool,
-                                              const Pose &motion, const Eigen::Vector3f &skew) {
+                                              const Pose &motion, const Twist &while_read) {
     if (!rendering_)
         return surface;
-    rendering_->surface.build(rendered(surface, motion * pose_, pool, skew), pool);
+    rendering_->surface.build(rendered(surface, motion * pose_, pool, while_read), pool);
     return rendering_->surface;
 }
 
 DepthView SurfaceRegistration::rendered(const DepthSurface &surface, const Pose &pose,
-                                        WorkerPool &pool, const Eigen::Vector3f &skew) {
+                                        WorkerPool &pool, const Twist &while_read) {
     assert(rendering_);
-    rendering_->warp.run(surface, pose, rendering_->nothing, pool, skew);
+    rendering_->warp.run(surface, pose, rendering_->nothing, pool, {.motion = while_read});
     const ImageView<const WarpedPixel> warped = rendering_->warp.result();
     for (int v = 0; v < warped.height(); ++v) {
         const WarpedPixel *in = warped.row(v);

@@ -23,14 +23,14 @@ public:
                         const KeyframeOptions &options);
 
     /// `surface` itself, where both cameras are one; else another one, valid until the next call.
-    /// `motion`: of the camera `to` from when the surface was measured to when it is seen. `skew`:
-    /// how much further that camera turns while a picture is read, rotation vector, radians.
+    /// `motion`: of the camera `to` from when the surface was measured to when it is seen.
+    /// `while_read`: RollingShutter::motion.
     const DepthSurface &seen(const DepthSurface &surface, WorkerPool &pool, const Pose &motion = {},
-                             const Eigen::Vector3f &skew = Eigen::Vector3f::Zero());
+                             const Twist &while_read = Twist::Zero());
     /// The same as depth, millimetres, 0 = none, unfiltered; `pose` takes points of the surface's
     /// frame to the other camera's. Valid until the next call.
     DepthView rendered(const DepthSurface &surface, const Pose &pose, WorkerPool &pool,
-                       const Eigen::Vector3f &skew = Eigen::Vector3f::Zero());
+                       const Twist &while_read = Twist::Zero());
 
 private:
     struct Rendering {

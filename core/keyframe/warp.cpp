@@ -23,6 +23,16 @@ void keep_nearest(WarpedPixel &pixel, WarpedPixel value, bool alone) {
     }
 }
 
+RowMotion row_motion(const Intrinsics &camera, const Twist &motion) {
+    const Eigen::Matrix3d K = camera.matrix();
+    const Eigen::Vector3d w = motion.tail<3>();
+    Eigen::Matrix3d cross;
+    cross << 0, -w.z(), w.y(), w.z(), 0, -w.x(), -w.y(), w.x(), 0;
+    return {(K * cross * K.inverse()).cast<float>(), (K * motion.head<3>()).cast<float>(),
+            static_cast<float>((camera.height - 1) / 2.0), 1 / static_cast<float>(camera.height),
+            !motion.isZero(0)};
+}
+
 } // namespace
 
 Warp::Warp(const Intrinsics &from, const Intrinsics &to, const WarpOptions &options)
@@ -37,12 +47,13 @@ ImageView<const WarpedPixel> Warp::landed() const {
 }
 
 void Warp::run(const DepthSurface &surface, const Pose &pose, DepthView taken, WorkerPool &pool,
-               const Eigen::Vector3f &skew) {
+               const RollingShutter &shutter) {
     open_.find(taken);
     std::ranges::fill(nearest_.pixels(), nothing_landed);
     const int rows = to_.height, tile_rows = landing_.height(), n = pool.size();
     pool.run([&](int worker) {
-        scatter(surface, pose, skew, tile_rows * worker / n, tile_rows * (worker + 1) / n, n == 1);
+        scatter(surface, pose, shutter, tile_rows * worker / n, tile_rows * (worker + 1) / n,
+                n == 1);
     });
     pool.run([&](int worker) {
         for (int v = rows * worker / n; v < rows * (worker + 1) / n; ++v)
@@ -73,16 +84,24 @@ bool Warp::may_land(const DepthSurface &surface, int tile_x, int tile_y, const P
     return open_.any(low.x(), low.y(), high.x(), high.y());
 }
 
-void Warp::scatter(const DepthSurface &surface, const Pose &pose, const Eigen::Vector3f &skew,
+void Warp::scatter(const DepthSurface &surface, const Pose &pose, const RollingShutter &shutter,
                    int first_tile_row, int end_tile_row, bool alone) {
     constexpr int strip = DepthSurface::tile_width;
     const int w = from_.width, h = from_.height;
     const Eigen::Matrix3d K = to_.matrix(), KR = K * pose.R, Ki = from_.matrix().inverse();
-    const LandingLimits limits = {surface.options().nearest_m,     surface.options().farthest_m,
-                                  static_cast<float>(to_.width),   static_cast<float>(to_.height),
+    const LandingLimits limits = {surface.options().nearest_m,
+                                  surface.options().farthest_m,
+                                  static_cast<float>(to_.width),
+                                  static_cast<float>(to_.height),
                                   options_.edges_hide ? 1 : options_.least_edge_distance_px,
+                                  options_.edges_hide ? options_.least_edge_distance_px : 0,
                                   nearest_.width()};
-    const double margin_px = options_.crack_px + 1 + to_.fx * skew.cast<double>().norm();
+    const Eigen::Vector3d skew = shutter.skew.cast<double>();
+    const double margin_px =
+        options_.crack_px + 1 +
+        to_.fx * (skew.norm() + shutter.motion.head<3>().norm() / surface.options().nearest_m +
+                  shutter.motion.tail<3>().norm());
+    const RowMotion motion = row_motion(to_, shutter.motion);
     for (int y = first_tile_row; y < end_tile_row; ++y)
         for (int x = 0; x < landing_.width(); ++x)
             landing_(x, y) = may_land(surface, x, y, pose, margin_px);
@@ -93,7 +112,7 @@ void Warp::scatter(const DepthSurface &surface, const Pose &pose, const Eigen::V
     std::array<WarpedPixel, strip> values;
     const int end_row = std::min(end_tile_row * DepthSurface::tile_height, h);
     for (int v = first_tile_row * DepthSurface::tile_height; v < end_row; ++v) {
-        const Eigen::Vector3d turn = skew.cast<double>() * (static_cast<double>(v) / h - 0.5);
+        const Eigen::Vector3d turn = skew * (static_cast<double>(v) / h - 0.5);
         const Eigen::Matrix3f A = (KR * rotation(turn) * Ki).cast<float>();
         const RowProjection row = {A.col(0), A.col(1) * static_cast<float>(v) + A.col(2),
                                    (K * pose.T).cast<float>()};
@@ -110,8 +129,8 @@ void Warp::scatter(const DepthSurface &surface, const Pose &pose, const Eigen::V
             z.front() = u > 0 ? z_row[u - 1] : 0.0f;
             std::copy_n(z_row + u, count, z.begin() + 1);
             z[static_cast<std::size_t>(count) + 1] = u + count < w ? z_row[u + count] : 0.0f;
-            project_points({z.data(), z_up + u, z_down + u, edge + u, u, count}, row, limits,
-                           offsets.data(), values.data());
+            project_points({z.data(), z_up + u, z_down + u, edge + u, u, count}, row, motion,
+                           limits, offsets.data(), values.data());
             for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
                 keep_nearest(to[offsets[i]], values[i], alone);
         }

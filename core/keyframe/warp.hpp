@@ -15,8 +15,9 @@ namespace afterglow {
 struct WarpOptions {
     /// Readings nearer than this to a depth edge of their map are not carried, pixels (1 = all).
     int least_edge_distance_px = 2;
-    /// Such readings hide what is behind them all the same. Between two cameras side by side the
-    /// far surface would show through all edges of the near one, on one side.
+    /// Such readings hide what is behind them all the same, as near as the nearest of their
+    /// neighbours. Between two cameras side by side the far surface would show through all edges of
+    /// the near one, on one side.
     bool edges_hide = false;
     /// Widest crack that is filled, pixels: 0, 1 or 2.
     int crack_px = 2;
@@ -39,6 +40,15 @@ inline float warped_z(WarpedPixel p) {
     return static_cast<float>(p >> warped_depth_shift) * (1.0f / warped_units_per_m);
 }
 
+/// What rows that are read one after the other do to a warp.
+struct RollingShutter {
+    /// The rows of the surface turn against those of the view, as of Placement::skew, radians.
+    Eigen::Vector3f skew = Eigen::Vector3f::Zero();
+    /// Motion (v, w) of the scene, the view's frame, while the view is read from the first row to
+    /// the last; the pose is that of its middle row. For a surface that was measured all at once.
+    Twist motion = Twist::Zero();
+};
+
 /// Forward reprojection of a measured surface (Noraky & Sze 2019 Eq. 9 of the reprojection
 /// section): each point lands on the pixel nearest to its projection, its depth moved to that
 /// pixel's centre along the surface's own slope; of several, the nearest wins. The minimum does not
@@ -54,9 +64,9 @@ public:
     /// pixels with the same surface on two opposite sides, and pixels of a far surface that show
     /// through a near one. What was hidden or outside the picture stays empty. Only for the pixels
     /// that are empty in `taken`; what result() has elsewhere, or outside of open() tiles, means
-    /// nothing. `skew`: rolling shutter, see Placement::skew.
+    /// nothing.
     void run(const DepthSurface &surface, const Pose &pose, DepthView taken, WorkerPool &pool,
-             const Eigen::Vector3f &skew = Eigen::Vector3f::Zero());
+             const RollingShutter &shutter = {});
 
     ImageView<const WarpedPixel> result() const { return filled_; }
     /// Tiles in which pixels were empty.
@@ -67,7 +77,7 @@ private:
     ImageView<const WarpedPixel> landed() const;
     bool may_land(const DepthSurface &surface, int tile_x, int tile_y, const Pose &pose,
                   double margin_px) const;
-    void scatter(const DepthSurface &surface, const Pose &pose, const Eigen::Vector3f &skew,
+    void scatter(const DepthSurface &surface, const Pose &pose, const RollingShutter &shutter,
                  int first_tile_row, int end_tile_row, bool alone);
     void fill_cracks(const DepthSurface &surface, DepthView taken, int v, int begin, int end);
     WarpedPixel fill_pixel(const DepthSurface &surface, const WarpedPixel *at) const;

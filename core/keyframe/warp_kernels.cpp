@@ -29,30 +29,58 @@ void for_lanes(int count, const Work &work) {
         work(single, i);
 }
 
-void project(const PointRow &in, const RowProjection &by, const LandingLimits &limits,
-             int *HWY_RESTRICT offsets, WarpedPixel *HWY_RESTRICT values) {
+void project(const PointRow &in, const RowProjection &by, const RowMotion &motion,
+             const LandingLimits &limits, int *HWY_RESTRICT offsets,
+             WarpedPixel *HWY_RESTRICT values) {
     for_lanes(in.count, [&](auto d, int i) HWY_ATTR {
         const hn::RebindToSigned<decltype(d)> di;
         const hn::Rebind<std::uint8_t, decltype(d)> d8;
         const auto zero = hn::Zero(d);
         const auto half = hn::Set(d, 0.5f);
         const auto left = hn::LoadU(d, in.z + i);
-        const auto z = hn::LoadU(d, in.z + i + 1);
+        auto z = hn::LoadU(d, in.z + i + 1);
         const auto right = hn::LoadU(d, in.z + i + 2);
         const auto above = hn::LoadU(d, in.above + i);
         const auto below = hn::LoadU(d, in.below + i);
         const auto edge = hn::PromoteTo(di, hn::LoadU(d8, in.edge_distance + i));
         const auto u = hn::ConvertTo(d, hn::Iota(di, in.first_column + i));
+        if (limits.hides_below > 0) {
+            const auto hides = hn::And(
+                hn::RebindMask(d, hn::Lt(edge, hn::Set(di, limits.hides_below))), hn::Ne(z, zero));
+            const auto there = [&](auto at)
+                                   HWY_ATTR { return hn::IfThenElse(hn::Eq(at, zero), z, at); };
+            const auto nearest =
+                hn::Min(hn::Min(there(left), there(right)), hn::Min(there(above), there(below)));
+            z = hn::IfThenElse(hides, hn::Min(z, nearest), z);
+        }
 
         const auto along = [&](int k) HWY_ATTR {
             const auto ray =
                 hn::Add(hn::Mul(hn::Set(d, by.by_column[k]), u), hn::Set(d, by.origin[k]));
             return hn::Add(hn::Mul(z, ray), hn::Set(d, by.shift[k]));
         };
-        const auto depth = along(2);
+        auto across = along(0);
+        auto down = along(1);
+        auto depth = along(2);
+        if (motion.any) {
+            const auto row = hn::Div(down, depth);
+            const auto t =
+                hn::Mul(hn::Sub(row, hn::Set(d, motion.middle)), hn::Set(d, motion.per_row));
+            const auto part = hn::Min(hn::Max(t, hn::Set(d, -0.5f)), half);
+            const auto moved = [&](auto at, int k) HWY_ATTR {
+                const auto turned = hn::Add(hn::Mul(hn::Set(d, motion.turn(k, 0)), across),
+                                            hn::Add(hn::Mul(hn::Set(d, motion.turn(k, 1)), down),
+                                                    hn::Mul(hn::Set(d, motion.turn(k, 2)), depth)));
+                return hn::Add(at, hn::Mul(part, hn::Add(turned, hn::Set(d, motion.shift[k]))));
+            };
+            const auto new_across = moved(across, 0), new_down = moved(down, 1);
+            depth = moved(depth, 2);
+            across = new_across;
+            down = new_down;
+        }
         const auto inverse = hn::Div(hn::Set(d, 1.0f), depth);
-        const auto x = hn::Add(hn::Mul(along(0), inverse), half);
-        const auto y = hn::Add(hn::Mul(along(1), inverse), half);
+        const auto x = hn::Add(hn::Mul(across, inverse), half);
+        const auto y = hn::Add(hn::Mul(down, inverse), half);
         const auto carried =
             hn::RebindMask(d, hn::Gt(edge, hn::Set(di, limits.least_edge_distance - 1)));
         const auto in_depth = hn::And(hn::Gt(depth, hn::Set(d, limits.nearest)),
@@ -130,8 +158,9 @@ HWY_EXPORT(doubt);
 } // namespace
 
 void project_points(const PointRow &points, const RowProjection &projection,
-                    const LandingLimits &limits, int *offsets, WarpedPixel *values) {
-    HWY_DYNAMIC_DISPATCH(project)(points, projection, limits, offsets, values);
+                    const RowMotion &motion, const LandingLimits &limits, int *offsets,
+                    WarpedPixel *values) {
+    HWY_DYNAMIC_DISPATCH(project)(points, projection, motion, limits, offsets, values);
 }
 
 void find_doubtful(const ScatteredRows &scattered, const std::uint16_t *taken, WarpedPixel *out,

@@ -23,18 +23,30 @@ struct RowProjection {
     Eigen::Vector3f by_column, origin, shift;
 };
 
+/// Moves a point at the homogeneous pixel h by the share t of what happens while the picture is
+/// read: h + t (turn h + shift), where t = (row - middle) per_row.
+struct RowMotion {
+    Eigen::Matrix3f turn;
+    Eigen::Vector3f shift;
+    float middle, per_row;
+    bool any; ///< else nothing moves
+};
+
 /// What lands: points inside the picture (pixels) and between the depths (metres).
 struct LandingLimits {
     float nearest, farthest, width, height;
     int least_edge_distance;
-    int stride; ///< of the map that is landed on
+    int hides_below; ///< edge distance of points that land as near as the nearest of their
+                     ///< neighbours
+    int stride;      ///< of the map that is landed on
 };
 
 /// Where each point lands, as an offset into a map, and what it leaves there; a point that does not
 /// land leaves nothing_landed at offset 0. Its depth is moved to the pixel's centre along the slope
 /// of the surface. Real-time safe, like find_doubtful().
 void project_points(const PointRow &points, const RowProjection &projection,
-                    const LandingLimits &limits, int *offsets, WarpedPixel *values);
+                    const RowMotion &motion, const LandingLimits &limits, int *offsets,
+                    WarpedPixel *values);
 
 /// Three rows of a scattered map, which can be read one pixel beyond either end.
 struct ScatteredRows {

@@ -105,7 +105,7 @@ void DepthResampler::nearest(ImageView<const std::uint16_t> from,
 }
 
 TofReadings::TofReadings(const CameraModel &tof, bool range_along_ray)
-    : z_(tof.pinhole.width, tof.pinhole.height), result_(z_) {
+    : z_(tof.pinhole.width, tof.pinhole.height) {
     if (!range_along_ray)
         return;
     for (int v = 0; v < z_.height(); ++v)
@@ -130,22 +130,7 @@ DepthView TofReadings::run(DepthView readings) {
         for (int u = 0; u < w; ++u)
             z[u] = static_cast<std::uint16_t>(static_cast<float>(in[u]) * scale[u] + 0.5f);
     }
-    const auto between = [](int before, int here, int after) {
-        if (before == 0 || after == 0)
-            return false;
-        return (is_step(before, here) && is_step(here, after)) ||
-               (is_step(after, here) && is_step(here, before));
-    };
-    result_ = z_;
-    for (int v = 1; v < h - 1; ++v) {
-        const std::uint16_t *up = z_.row(v - 1), *row = z_.row(v), *down = z_.row(v + 1);
-        std::uint16_t *out = result_.row(v);
-        for (int u = 1; u < w - 1; ++u)
-            if (row[u] != 0 &&
-                (between(row[u - 1], row[u], row[u + 1]) || between(up[u], row[u], down[u])))
-                out[u] = 0;
-    }
-    return result_;
+    return z_;
 }
 
 } // namespace afterglow

@@ -35,21 +35,17 @@ private:
     std::vector<Tap> taps_;
 };
 
-/// A TOF camera's readings as depth along Z, without the readings that lie between two surfaces
-/// (flying pixels: on opposite sides one neighbour is nearer and one is farther, both by a step).
-/// Allocates when made; run() is real-time safe.
+/// A TOF camera's readings as depth along Z. Allocates when made; run() is real-time safe.
 class TofReadings {
 public:
     TofReadings(const CameraModel &tof, bool range_along_ray);
 
     /// Millimetres, 0 = none; valid until the next call.
     DepthView run(DepthView readings);
-    /// The same with flying pixels; valid until the next call.
-    DepthView all() const { return z_; }
 
 private:
     std::vector<float> z_of_range_; ///< empty: readings are Z already
-    DepthMap z_, result_;
+    DepthMap z_;
 };
 
 } // namespace afterglow

@@ -77,7 +77,8 @@ private:
         if (!fit.good)
             return false;
         now_ = (fit.pose * newest.depth_from_world).normalized();
-        composer_.compose(keyframes_, 0, now_, Alignment{}, camera_.width * camera_.height);
+        composer_.compose(keyframes_, 0, now_, Alignment{}, Twist::Zero(),
+                          camera_.width * camera_.height);
         return true;
     }
 

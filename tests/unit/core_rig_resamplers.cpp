@@ -146,20 +146,6 @@ TEST_CASE("a range along the ray becomes a depth along the axis") {
             REQUIRE(std::abs(z(u, v) - plane_mm(*barrel.ray(u, v))) <= 1);
 }
 
-TEST_CASE("readings between two surfaces are left out, and slopes are not") {
-    TofReadings readings(pinhole({100, 100, 31.5, 23.5, 64, 48}), false);
-    DepthMap map(64, 48);
-    for (int v = 0; v < 48; ++v)
-        for (int u = 0; u < 64; ++u) // a step with a flying pixel in it, and a slope
-            map(u, v) = static_cast<std::uint16_t>(
-                u < 20 ? 1000 : (u == 20 ? 1700 : (u < 40 ? 3000 : 3000 - 40 * (u - 40))));
-    const DepthView kept = readings.run(map);
-    for (int v = 1; v < 47; ++v)
-        for (int u = 1; u < 63; ++u)
-            REQUIRE(kept(u, v) == (u == 20 ? 0 : map(u, v)));
-    CHECK(readings.all()(20, 10) == 1700);
-}
-
 TEST_CASE("the working views see what the TOF camera sees, and are no finer than it makes sense") {
     RigCalibration rig{.color = fisheye, .tof = barrel};
     rig.tof_from_color = {rotation({0.01, -0.02, 0.015}), {-0.05, 0.002, 0.001}};

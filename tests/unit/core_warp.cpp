@@ -21,14 +21,15 @@ SurfaceOptions as_measured() {
 /// Warps a map, millimetres, into an empty view.
 struct Carried {
     explicit Carried(const DepthMap &map, const Pose &pose, int workers = 1,
-                     const WarpOptions &options = {}, const DepthMap *taken = nullptr)
+                     const WarpOptions &options = {}, const DepthMap *taken = nullptr,
+                     const RollingShutter &shutter = {})
         : depth(camera.width, camera.height) {
         WorkerPool pool(workers);
         DepthSurface surface(camera, as_measured());
         surface.build(map, pool);
         const DepthMap empty(camera.width, camera.height);
         Warp warp(camera, camera, options);
-        warp.run(surface, pose, taken ? *taken : empty, pool);
+        warp.run(surface, pose, taken ? *taken : empty, pool, shutter);
         for (int v = 0; v < camera.height; ++v)
             warp.open().for_each_run(v, [&](int begin, int end) {
                 for (int u = begin; u < end; ++u) {
@@ -102,6 +103,56 @@ TEST_CASE("warping moves a point to its projection and its new depth", "[core]")
             ++landed;
         }
     CHECK(landed > 150);
+}
+
+TEST_CASE("each row of a view that is read slowly shows its own time", "[core]") {
+    Twist motion;
+    motion << 0.02, -0.01, 0.03, 0.03, -0.02, 0.05;
+    DepthMap map = wall(0);
+    for (int v = 4; v < camera.height; v += 9)
+        for (int u = 4; u < camera.width; u += 9)
+            map(u, v) = static_cast<std::uint16_t>(1000 + 10 * u + v);
+    const Carried carried(map, Pose::identity(), 1, all_carried(), nullptr, {.motion = motion});
+    int landed = 0, elsewhere = 0;
+    for (int v = 4; v < camera.height; v += 9)
+        for (int u = 4; u < camera.width; u += 9) {
+            const Eigen::Vector3d X = camera.back_project(u, v, 0.001 * map(u, v));
+            const double part = (v - (camera.height - 1) / 2.0) / camera.height;
+            const Eigen::Vector3d Y = X + part * (motion.head<3>() + motion.tail<3>().cross(X));
+            const Eigen::Vector2d p = camera.project(Y) + Eigen::Vector2d::Constant(0.5);
+            if (std::abs(p.x() - std::round(p.x())) < 1e-3 ||
+                std::abs(p.y() - std::round(p.y())) < 1e-3)
+                continue;
+            const Eigen::Vector2i at = p.array().floor().cast<int>();
+            if (!carried.depth.view().contains(at.x(), at.y()))
+                continue;
+            REQUIRE(carried.depth(at.x(), at.y()) == Approx(Y.z()).margin(1e-4));
+            ++landed;
+            elsewhere += at != Eigen::Vector2i(u, v);
+        }
+    CHECK(landed > 150);
+    CHECK(elsewhere > 100);
+}
+
+TEST_CASE("an edge that is not carried hides what is behind it", "[core]") {
+    // Seen from 10 cm to the left the plate hides the wall at its right side: it goes 15 pixels to
+    // the right and the wall 7.5.
+    const auto through_the_edge = [](bool edges_hide) {
+        WarpOptions options;
+        options.edges_hide = edges_hide;
+        const Carried carried(wall_and_plate(), shifted(0.1, 0, 0), 1, options);
+        int through = 0;
+        for (int v = 32; v < 68; ++v) {
+            CHECK(carried.depth(85, v) == Approx(1).margin(0.01));  // the plate itself
+            CHECK(carried.depth(110, v) == Approx(2).margin(0.01)); // and the wall beside it
+            // The plate ends somewhere between the columns 104 and 105 of the view.
+            for (int u = 66; u <= 104; ++u)
+                through += carried.depth(u, v) > 1.5;
+        }
+        return through;
+    };
+    CHECK(through_the_edge(false) > 20);
+    CHECK(through_the_edge(true) == 0);
 }
 
 TEST_CASE("warping keeps the nearest surface on a pixel", "[core]") {
