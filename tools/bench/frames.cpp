@@ -16,8 +16,7 @@ Result<Frames> load_frames(const std::string &dataset, int most) {
     if (!footage)
         return footage.error();
     const Rig &rig = footage->rig;
-    for (const Status &started :
-         {rig.color->start(), rig.tof->start(), rig.illuminator->set(true)})
+    for (const Status &started : {rig.color->start(), rig.tof->start(), rig.illuminator->set(true)})
         if (!started)
             return started.error();
 

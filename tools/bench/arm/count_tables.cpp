@@ -53,13 +53,12 @@ std::string summary_line(const CountedSequence &counted) {
     const double measure = mean(frames, [](auto &f) { return f.measure; }) *
                            static_cast<double>(frames.size()) /
                            static_cast<double>(std::max<std::ptrdiff_t>(measured, 1));
-    return fmt::format("{:<20} {:<8} {:<8} {:>6} {:>8.2f} {:>8.2f} {:>8.2f} {:>9.2f} {:>8.2f} ({})\n",
-                       counted.sequence, counted.preset, counted.target, frames.size(),
-                       mean(frames, &FrameCount::sum) / million,
-                       static_cast<double>(worst(frames).sum()) / million,
-                       mean(still, &FrameCount::sum) / million,
-                       mean(frames, [](auto &f) { return f.track; }) / million, measure / million,
-                       measured);
+    return fmt::format(
+        "{:<20} {:<8} {:<8} {:>6} {:>8.2f} {:>8.2f} {:>8.2f} {:>9.2f} {:>8.2f} ({})\n",
+        counted.sequence, counted.preset, counted.target, frames.size(),
+        mean(frames, &FrameCount::sum) / million,
+        static_cast<double>(worst(frames).sum()) / million, mean(still, &FrameCount::sum) / million,
+        mean(frames, [](auto &f) { return f.track; }) / million, measure / million, measured);
 }
 
 std::string stage_table(const CountedSequence &counted) {
@@ -72,13 +71,13 @@ std::string stage_table(const CountedSequence &counted) {
     std::ranges::sort(order, std::greater(),
                       [&](std::size_t i) { return mean(frames, of_stage(i)); });
     const double all = mean(frames, &FrameCount::sum);
-    std::string text = fmt::format("\n{}, {}, {}: {:>{}} {:>7} {:>8} {:>8}\n", counted.sequence,
-                                   counted.preset, counted.target, "mean",
-                                   std::max<int>(40 - static_cast<int>(counted.sequence.size() +
-                                                                       counted.preset.size() +
-                                                                       counted.target.size()),
-                                                 4),
-                                   "share", "worst", "still");
+    std::string text = fmt::format(
+        "\n{}, {}, {}: {:>{}} {:>7} {:>8} {:>8}\n", counted.sequence, counted.preset,
+        counted.target, "mean",
+        std::max<int>(40 - static_cast<int>(counted.sequence.size() + counted.preset.size() +
+                                            counted.target.size()),
+                      4),
+        "share", "worst", "still");
     for (const std::size_t i : order) {
         const double instructions = mean(frames, of_stage(i));
         if (instructions >= 0.01 * all)

@@ -29,9 +29,9 @@ Status run_to_end(std::vector<std::string> command, const std::string &input = {
     const std::string name = command[0];
     ChildOptions options{.command = std::move(command)};
     const UniqueFd in(input.empty() ? -1 : ::open(input.c_str(), O_RDONLY | O_CLOEXEC));
-    const UniqueFd out(output.empty()
-                           ? -1
-                           : ::open(output.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600));
+    const UniqueFd out(
+        output.empty() ? -1
+                       : ::open(output.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0600));
     if (in.get() >= 0)
         options.descriptors.emplace_back(in.get(), 0);
     if (out.get() >= 0)
@@ -184,11 +184,10 @@ Status write_frames(const Frames &frames, const std::string &path) {
 
 Result<Counts> count_instructions(const CountedRun &run) {
     const std::string blocks = run.folder + "/blocks";
-    if (Status ran = run_to_end({std::string(run.target.emulator), "-cpu",
-                                 std::string(run.target.cpu), "-plugin",
-                                 std::string(AFTERGLOW_COUNTING_PLUGIN) + ",out=" + blocks,
-                                 run.program, run.frames_file, run.preset,
-                                 std::to_string(run.still)});
+    if (Status ran =
+            run_to_end({std::string(run.target.emulator), "-cpu", std::string(run.target.cpu),
+                        "-plugin", std::string(AFTERGLOW_COUNTING_PLUGIN) + ",out=" + blocks,
+                        run.program, run.frames_file, run.preset, std::to_string(run.still)});
         !ran)
         return ran.error();
     const auto counts = read_block_counts(blocks);

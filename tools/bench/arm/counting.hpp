@@ -49,8 +49,8 @@ struct CountedRun {
     std::string program; ///< afterglow-counted, for the target
     std::string preset;
     std::string frames_file;
-    int frames = 0; ///< in that file
-    int still = 0;  ///< how often the last image is shown again
+    int frames = 0;     ///< in that file
+    int still = 0;      ///< how often the last image is shown again
     std::string folder; ///< for what is written on the way; of this run alone
 };
 

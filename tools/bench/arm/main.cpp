@@ -36,8 +36,9 @@ struct Options {
     double margin = 3;
 
     void add_to(CLI::App &app) {
-        app.add_option("dataset", datasets, "Folders in a known layout (docs/datasets.md), or "
-                                            "synthetic rooms")
+        app.add_option("dataset", datasets,
+                       "Folders in a known layout (docs/datasets.md), or "
+                       "synthetic rooms")
             ->required();
         app.add_option("--target", targets, "Kinds of processor")
             ->check(CLI::IsMember({"armv7", "aarch64"}))
@@ -83,16 +84,15 @@ Result<std::vector<Job>> plan(const Options &options, const std::string &folder)
         for (const Target &target : targets)
             for (const std::string &preset : options.presets)
                 if (std::ranges::count(options.targets, target.name) > 0)
-                    jobs.push_back(
-                        {.sequence = frames->name,
-                         .run = {.target = target,
-                                 .program = fmt::format("{}/{}/bin/afterglow-counted",
-                                                        options.programs, target.name),
-                                 .preset = preset,
-                                 .frames_file = file,
-                                 .frames = static_cast<int>(frames->frames.size()),
-                                 .still = options.still,
-                                 .folder = {}}});
+                    jobs.push_back({.sequence = frames->name,
+                                    .run = {.target = target,
+                                            .program = fmt::format("{}/{}/bin/afterglow-counted",
+                                                                   options.programs, target.name),
+                                            .preset = preset,
+                                            .frames_file = file,
+                                            .frames = static_cast<int>(frames->frames.size()),
+                                            .still = options.still,
+                                            .folder = {}}});
     }
     return jobs;
 }
@@ -144,9 +144,9 @@ Status compare(const Options &options, const nlohmann::json &summaries) {
         return Error{options.check_file + " is not what --json writes", EINVAL};
     const std::string above = regressions(summaries, baseline, options.margin);
     if (!above.empty())
-        return Error{fmt::format("more than {} % above {}:\n{}", options.margin,
-                                 options.check_file, above),
-                     0};
+        return Error{
+            fmt::format("more than {} % above {}:\n{}", options.margin, options.check_file, above),
+            0};
     return ok();
 }
 

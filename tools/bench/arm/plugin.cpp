@@ -3,8 +3,8 @@
 // A plugin of qemu-user that counts how often each block of instructions runs between marks.
 // Debian packages no qemu-plugin.h; what is used of its version 1 is declared here.
 //
-// It writes text: for each part of a frame "part MARK FRAME", then "BLOCK COUNT" for each block that
-// ran in it; at the end "blocks", then "BLOCK ADDRESS..." with its instructions, hexadecimal.
+// It writes text: for each part of a frame "part MARK FRAME", then "BLOCK COUNT" for each block
+// that ran in it; at the end "blocks", then "BLOCK ADDRESS..." with its instructions, hexadecimal.
 #include "tools/bench/arm/marks.hpp"
 
 #include <cinttypes>

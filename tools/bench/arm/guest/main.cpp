@@ -24,8 +24,9 @@ namespace {
 class FileSequence final : public FrameSequence {
 public:
     FileSequence(std::ifstream file, const FramesHeader &header)
-        : file_(std::move(file)), header_(header),
-          camera_{header.fx, header.fy, header.cx, header.cy, header.width, header.height} {}
+        : file_(std::move(file)), header_(header), camera_{header.fx, header.fy,    header.cx,
+                                                           header.cy, header.width, header.height} {
+    }
 
     const Intrinsics &intrinsics() const override { return camera_; }
     std::optional<std::int64_t> time_ns(std::uint64_t k) const override {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/bench/run_case.hpp"
+#include "tools/bench/ipc/run_case.hpp"
 
 #include <fmt/format.h>
 #include <sys/mman.h>

@@ -2,8 +2,8 @@
 //
 // PipeWire: a video source that drives the graph, and streams that are linked to it without a
 // session manager: each reader makes its link itself.
-#include "tools/bench/pipewire_stream.hpp"
-#include "tools/bench/transport.hpp"
+#include "tools/bench/ipc/pipewire_stream.hpp"
+#include "tools/bench/ipc/transport.hpp"
 
 #include <cstdlib>
 #include <cstring>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/bench/pipewire_stream.hpp"
+#include "tools/bench/ipc/pipewire_stream.hpp"
 
-#include "tools/bench/transport.hpp"
+#include "tools/bench/ipc/transport.hpp"
 
 #include <cerrno>
 #include <spa/param/video/format-utils.h>

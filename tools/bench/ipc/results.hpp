@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "tools/bench/run_case.hpp"
+#include "tools/bench/ipc/run_case.hpp"
 
 #include <string>
 #include <string_view>

@@ -2,7 +2,7 @@
 //
 // GStreamer: appsrc ! shmsink, shmsrc ! appsink. Frames are taken in the thread that shmsrc reads
 // its socket in.
-#include "tools/bench/transport.hpp"
+#include "tools/bench/ipc/transport.hpp"
 
 #include <fmt/format.h>
 

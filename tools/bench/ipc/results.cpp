@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "tools/bench/results.hpp"
+#include "tools/bench/ipc/results.hpp"
 
 #include <fmt/format.h>
 

@@ -6,7 +6,7 @@
 
 #include "ipc/ring/ring_writer.hpp"
 #include "ipc/ring/stream_notifier.hpp"
-#include "tools/bench/transport.hpp"
+#include "tools/bench/ipc/transport.hpp"
 
 #include <sys/socket.h>
 

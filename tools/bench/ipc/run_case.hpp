@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "tools/bench/transport.hpp"
+#include "tools/bench/ipc/transport.hpp"
 
 #include <vector>
 
