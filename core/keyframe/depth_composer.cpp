@@ -75,12 +75,12 @@ void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const P
 void DepthComposer::merge(const MapError &error, const DepthSurface &surface, float error_scale) {
     misplaced_ = std::max(misplaced_, error.misplaced);
     ConfidenceTable table;
-    for (int d = 0; d <= DepthSurface::far_from_edge; ++d)
-        for (int b = 0; b < z_bins; ++b)
-            table[static_cast<std::size_t>(d)][static_cast<std::size_t>(b)] = estimated_confidence(
+    for (int d = 0; d <= warped_edge_mask; ++d)
+        for (int b = 0; b < reading_bins; ++b)
+            table[static_cast<std::size_t>(d * reading_bins + b)] = estimated_confidence(
                 error.misplaced +
                 error_scale * pixel_error(error, surface.noise(), options_.error.shared_noise,
-                                          (static_cast<float>(b) + 0.5f) * z_bin_m, d));
+                                          (static_cast<float>(b) + 0.5f) * reading_bin_m, d));
     std::atomic<int> added = 0;
     const int rows = camera_.height, n = pool_.size();
     pool_.run([&](int worker) {
@@ -94,66 +94,77 @@ void DepthComposer::merge(const MapError &error, const DepthSurface &surface, fl
 }
 
 int DepthComposer::merge_row(int v, int begin, int end, const ConfidenceTable &table) {
-    const WarpedPixel *in = warp_.result().row(v);
-    std::uint16_t *depth = depth_.row(v);
-    std::uint8_t *confidence = confidence_.row(v);
-    const float dx = static_cast<float>(1 / camera_.fx);
-    const float x0 = static_cast<float>(-camera_.cx / camera_.fx);
-    const float y = static_cast<float>((v - camera_.cy) / camera_.fy);
+    constexpr int most_px = 4 * OpenTiles::tile_px;
+    std::array<std::uint16_t, most_px> readings, classes;
+    WarpedRow row;
+    row.x0 = static_cast<float>(-camera_.cx / camera_.fx);
+    row.dx = static_cast<float>(1 / camera_.fx);
+    row.y = static_cast<float>((v - camera_.cy) / camera_.fy);
+    row.shape = correction_.shape;
     int count = 0;
-    for (int first = begin; first < end; first += OpenTiles::tile_px) {
-        std::array<float, OpenTiles::tile_px> z;
-        const int n = std::min(OpenTiles::tile_px, end - first);
-        for (int i = 0; i < n; ++i)
-            z[static_cast<std::size_t>(i)] =
-                warped_z(in[first + i]) /
-                correction_.scale(x0 + dx * static_cast<float>(first + i), y);
-        for (int i = 0; i < n; ++i) {
-            const int u = first + i;
-            if (depth[u] != 0 || in[u] == 0)
+    for (int first = begin; first < end; first += most_px) {
+        row.pixels = warp_.result().row(v) + first;
+        row.first_column = first;
+        row.count = std::min(most_px, end - first);
+        find_readings(row, readings.data(), classes.data());
+        std::uint16_t *depth = depth_.row(v) + first;
+        std::uint8_t *confidence = confidence_.row(v) + first;
+        for (int i = 0; i < row.count; ++i) {
+            if (depth[i] != 0 || row.pixels[i] == 0)
                 continue;
-            const float reading = z[static_cast<std::size_t>(i)];
-            const int bin = std::min(static_cast<int>(reading * (1.0f / z_bin_m)), z_bins - 1);
-            depth[u] = static_cast<std::uint16_t>(reading * 1000.0f + 0.5f);
-            confidence[u] = table[static_cast<std::size_t>(in[u] & warped_edge_mask)]
-                                 [static_cast<std::size_t>(bin)];
+            depth[i] = readings[static_cast<std::size_t>(i)];
+            confidence[i] = table[classes[static_cast<std::size_t>(i)]];
             ++count;
         }
     }
     return count;
 }
 
+/// Calls visit(x, y, confidence) for each cell of the map, MotionMask::cell_px wide and high.
+template <class Visit>
+void DepthComposer::for_each_cell(const Visit &visit) {
+    constexpr int size = MotionMask::cell_px;
+    for (int y = 0; y * size < camera_.height; ++y)
+        for (int x = 0; x * size < camera_.width; ++x)
+            visit(x, y,
+                  ImageView<std::uint8_t>(confidence_.row(y * size) + x * size,
+                                          std::min(size, camera_.width - x * size),
+                                          std::min(size, camera_.height - y * size),
+                                          confidence_.width()));
+}
+
 void DepthComposer::distrust(const MotionMask &mask, float relative_error) {
     const std::uint8_t most = estimated_confidence(relative_error);
-    constexpr int cell = MotionMask::cell_px;
-    for (int v = 0; v < camera_.height; ++v) {
-        const std::uint8_t *moving = mask.moving().row(v / cell);
-        std::uint8_t *confidence = confidence_.row(v);
-        for (int u = 0; u < camera_.width; ++u)
-            if (moving[u / cell])
-                confidence[u] = std::min(confidence[u], most);
-    }
+    for_each_cell([&](int x, int y, ImageView<std::uint8_t> cell) {
+        if (mask.moving()(x, y) == 0)
+            return;
+        for (int v = 0; v < cell.height(); ++v)
+            for (std::uint8_t *c = cell.row(v), *end = c + cell.width(); c < end; ++c)
+                *c = std::min(*c, most);
+    });
 }
 
 void DepthComposer::distrust(const LocalErrors &errors, float scale) {
-    constexpr int cell = LocalErrors::cell_px;
-    const ImageView<const float> added = errors.expected();
     std::array<std::uint8_t, 256> lowered;
-    for (int y = 0; y < added.height(); ++y)
-        for (int x = 0; x < added.width(); ++x) {
-            const float local = scale * added(x, y);
-            if (local < confidence_step)
-                continue;
-            lowered[no_confidence] = no_confidence;
-            for (std::size_t c = 1; c < lowered.size(); ++c)
-                lowered[c] = estimated_confidence(
-                    std::hypot(expected_error(static_cast<std::uint8_t>(c)), local));
-            const int right = std::min((x + 1) * cell, camera_.width);
-            const int bottom = std::min((y + 1) * cell, camera_.height);
-            for (int v = y * cell; v < bottom; ++v)
-                for (int u = x * cell; u < right; ++u)
-                    confidence_(u, v) = lowered[confidence_(u, v)];
-        }
+    for_each_cell([&](int x, int y, ImageView<std::uint8_t> cell) {
+        const float local = scale * errors.expected()(x, y);
+        if (local < confidence_step)
+            return;
+        std::uint8_t least = measured_confidence, most = no_confidence;
+        for (int v = 0; v < cell.height(); ++v)
+            for (int u = 0; u < cell.width(); ++u) {
+                least = std::min(least, cell(u, v));
+                most = std::max(most, cell(u, v));
+            }
+        for (int c = least; c <= most; ++c)
+            lowered[static_cast<std::size_t>(c)] =
+                c == no_confidence ? no_confidence
+                                   : estimated_confidence(std::hypot(
+                                         expected_error(static_cast<std::uint8_t>(c)), local));
+        for (int v = 0; v < cell.height(); ++v)
+            for (std::uint8_t *c = cell.row(v), *end = c + cell.width(); c < end; ++c)
+                *c = lowered[*c];
+    });
 }
 
 ImageView<const ComparedErrors> DepthComposer::compare(DepthView measured) {

@@ -11,6 +11,7 @@
 #include "core/keyframe/local_errors.hpp"
 #include "core/keyframe/motion_mask.hpp"
 #include "core/keyframe/warp.hpp"
+#include "core/keyframe/warp_kernels.hpp"
 
 #include <array>
 #include <cstdint>
@@ -54,14 +55,14 @@ public:
     float expected_mre() const;
 
 private:
-    /// Confidence by distance from the next depth edge and by depth in steps of z_bin_m.
-    static constexpr int z_bins = 128;
-    static constexpr float z_bin_m = 0.1f;
+    /// Confidence by class (find_readings()): by distance from the next depth edge and by depth.
     using ConfidenceTable =
-        std::array<std::array<std::uint8_t, z_bins>, DepthSurface::far_from_edge + 1>;
+        std::array<std::uint8_t, static_cast<std::size_t>(warped_edge_mask + 1) * reading_bins>;
 
     void merge(const MapError &error, const DepthSurface &surface, float error_scale);
     int merge_row(int v, int begin, int end, const ConfidenceTable &table);
+    template <class Visit>
+    void for_each_cell(const Visit &visit);
 
     Views views_;
     Intrinsics camera_; ///< the published one

@@ -1,24 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/keyframe/depth_surface.hpp"
 
+#include "core/keyframe/surface_kernels.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 namespace afterglow {
-namespace {
 
-// Weights are inverse to the variance of a reading, and of the mean of two.
-
-/// Of readings that are alike.
-struct EqualWeights {
-    float of_reading(int /*u*/, int /*v*/) const { return 0.5f; }
-    float of_pair(int /*u*/, int /*v*/, int /*du*/, int /*dv*/) const { return 1.0f; }
-    float excess(int /*u*/, int /*v*/, int /*radius*/) const { return 1.0f; }
-};
-
-/// Of readings whose deviation is inverse to their amplitude.
-struct AmplitudeWeights {
+/// Weights inverse to the variance of a reading, and of the mean of two, whose deviation is inverse
+/// to their amplitude.
+struct DepthSurface::AmplitudeWeights {
     ImageView<const std::uint16_t> amplitude;
 
     float squared(int u, int v) const {
@@ -39,8 +32,6 @@ struct AmplitudeWeights {
     }
 };
 
-} // namespace
-
 DepthSurface::DepthSurface(const Intrinsics &camera, const SurfaceOptions &options)
     : camera_(camera), options_(options), raw_(camera.width, camera.height),
       smooth_(camera.width, camera.height),
@@ -59,7 +50,7 @@ void DepthSurface::build(DepthView depth, WorkerPool &pool, const DepthCorrectio
     pool.run([&](int worker) {
         const int first = rows * worker / pool.size(), end = rows * (worker + 1) / pool.size();
         if (amplitude.empty())
-            smooth(first, end, EqualWeights{});
+            smooth(first, end);
         else
             smooth(first, end, AmplitudeWeights{amplitude});
     });
@@ -185,10 +176,25 @@ void DepthSurface::grow_distance() {
     }
 }
 
+// As if all had one amplitude.
+void DepthSurface::smooth(int first_row, int end_row) {
+    const int w = raw_.width(), h = raw_.height(), r = options_.smooth_radius_px;
+    for (int v = first_row; v < end_row; ++v) {
+        const float *z = raw_.row(v);
+        float *out = smooth_.row(v);
+        if (r == 0 || v < r || v >= h - r || w <= 2 * r) {
+            std::copy_n(z, w, out);
+            continue;
+        }
+        std::copy_n(z, r, out);
+        smooth_row({z + r, raw_.view().stride(), r, w - 2 * r}, noise_, out + r);
+        std::copy_n(z + w - r, r, out + w - r);
+    }
+}
+
 // Weighted mean over the window of what lies on the pixel's own surface: within three sigmas plus a
 // slope.
-template <class Weights>
-void DepthSurface::smooth(int first_row, int end_row, const Weights &weights) {
+void DepthSurface::smooth(int first_row, int end_row, const AmplitudeWeights &weights) {
     const int w = raw_.width(), h = raw_.height(), r = options_.smooth_radius_px;
     for (int v = first_row; v < end_row; ++v) {
         float *out = smooth_.row(v);

@@ -73,8 +73,9 @@ private:
     void measure_noise();
     void find_edges();
     void grow_distance();
-    template <class Weights>
-    void smooth(int first_row, int end_row, const Weights &weights);
+    struct AmplitudeWeights;
+    void smooth(int first_row, int end_row);
+    void smooth(int first_row, int end_row, const AmplitudeWeights &weights);
     void find_ranges();
 
     Intrinsics camera_;

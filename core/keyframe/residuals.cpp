@@ -7,11 +7,13 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+// clang-format off: after Highway, once for each instruction set
+#include "core/base/lanes-inl.hpp"
+// clang-format on
+
 HWY_BEFORE_NAMESPACE();
 namespace afterglow::HWY_NAMESPACE {
 namespace {
-
-namespace hn = hwy::HWY_NAMESPACE;
 
 constexpr float nearest_m = 0.05f;
 
@@ -21,12 +23,12 @@ void residuals_of(const TemplatePoints &points, int first, ImageView<const float
                   Residuals &out) {
     const hn::CappedTag<float, TemplatePoints::block> d;
     const hn::RebindToSigned<decltype(d)> di;
-    const auto zero = hn::Zero(d);
     const auto set = [&](float value) HWY_ATTR { return hn::Set(d, value); };
     const auto sx = set(at.skew[0]), sy = set(at.skew[1]), sz = set(at.skew[2]);
     // The last pixel has no neighbour to interpolate with.
-    const auto last_u = set(static_cast<float>(image.width() - 1) - 0.01f);
-    const auto last_v = set(static_cast<float>(image.height() - 1) - 0.01f);
+    const auto last_u = order(d, set(static_cast<float>(image.width() - 1) - 0.01f));
+    const auto last_v = order(d, set(static_cast<float>(image.height() - 1) - 0.01f));
+    const auto outside = hn::Set(di, -1);
     for (int i = 0; i < TemplatePoints::block; i += static_cast<int>(hn::Lanes(d))) {
         const auto load = [&](const std::vector<float> &column)
                               HWY_ATTR { return hn::LoadU(d, column.data() + first + i); };
@@ -43,12 +45,12 @@ void residuals_of(const TemplatePoints &points, int first, ImageView<const float
         const auto depth = along(2);
         const auto inverse = hn::Div(set(1.0f), depth);
         const auto u = hn::Mul(along(0), inverse), v = hn::Mul(along(1), inverse);
-        const auto in_u = hn::And(hn::Ge(u, zero), hn::Lt(u, last_u));
-        const auto in_v = hn::And(hn::Ge(v, zero), hn::Lt(v, last_v));
-        const auto number = hn::Iota(di, first + i);
-        const auto exists = hn::RebindMask(d, hn::Lt(number, hn::Set(di, points.count)));
+        const auto in_u = hn::And(hn::Gt(order(d, u), outside), hn::Lt(order(d, u), last_u));
+        const auto in_v = hn::And(hn::Gt(order(d, v), outside), hn::Lt(order(d, v), last_v));
+        const auto exists = hn::Lt(hn::Iota(di, first + i), hn::Set(di, points.count));
+        const auto in_front = hn::Gt(order(d, depth), order(d, set(nearest_m)));
         const auto seen =
-            hn::And(hn::And(exists, hn::Gt(depth, set(nearest_m))), hn::And(in_u, in_v));
+            hn::RebindMask(d, hn::And(hn::And(exists, in_front), hn::And(in_u, in_v)));
         const auto at_u = hn::IfThenElseZero(seen, u), at_v = hn::IfThenElseZero(seen, v);
         const auto iu = hn::ConvertTo(di, at_u), iv = hn::ConvertTo(di, at_v);
         const auto fu = hn::Sub(at_u, hn::ConvertTo(d, iu));

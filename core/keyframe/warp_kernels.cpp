@@ -7,31 +7,25 @@
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
+// clang-format off: after Highway, once for each instruction set
+#include "core/base/lanes-inl.hpp"
+// clang-format on
+
 HWY_BEFORE_NAMESPACE();
 namespace afterglow::HWY_NAMESPACE {
 namespace {
 
-namespace hn = hwy::HWY_NAMESPACE;
-
 /// Steepest slope along which a depth is moved, share of depth per pixel.
 constexpr float steepest = 0.03f;
 
-/// Calls work(tag, i) for i in steps of whole vectors, and one by one for the rest.
-template <class Work>
-void for_lanes(int count, const Work &work) {
-    const hn::ScalableTag<float> whole;
-    const hn::CappedTag<float, 1> single;
-    const int lanes = static_cast<int>(hn::Lanes(whole));
-    int i = 0;
-    for (; i + lanes <= count; i += lanes)
-        work(whole, i);
-    for (; i < count; ++i)
-        work(single, i);
-}
-
-void project(const PointRow &in, const RowProjection &by, const RowMotion &motion,
-             const LandingLimits &limits, int *HWY_RESTRICT offsets,
+void project(const PointRow &points, const RowProjection &projection, const RowMotion &rows,
+             const LandingLimits &landing, int *HWY_RESTRICT offsets,
              WarpedPixel *HWY_RESTRICT values) {
+    // Copies, which nothing written here can change.
+    const PointRow in = points;
+    const RowProjection by = projection;
+    const RowMotion motion = rows;
+    const LandingLimits limits = landing;
     for_lanes(in.count, [&](auto d, int i) HWY_ATTR {
         const hn::RebindToSigned<decltype(d)> di;
         const hn::Rebind<std::uint8_t, decltype(d)> d8;
@@ -83,12 +77,16 @@ void project(const PointRow &in, const RowProjection &by, const RowMotion &motio
         const auto y = hn::Add(hn::Mul(down, inverse), half);
         const auto carried =
             hn::RebindMask(d, hn::Gt(edge, hn::Set(di, limits.least_edge_distance - 1)));
-        const auto in_depth = hn::And(hn::Gt(depth, hn::Set(d, limits.nearest)),
-                                      hn::Lt(depth, hn::Set(d, limits.farthest)));
-        const auto in_x = hn::And(hn::Ge(x, zero), hn::Lt(x, hn::Set(d, limits.width)));
-        const auto in_y = hn::And(hn::Ge(y, zero), hn::Lt(y, hn::Set(d, limits.height)));
-        const auto lands =
-            hn::And(hn::And(hn::And(hn::Ne(z, zero), carried), in_depth), hn::And(in_x, in_y));
+        const auto nothing = hn::Set(di, -1);
+        const auto in_depth =
+            hn::And(hn::Gt(order(d, depth), order(d, hn::Set(d, limits.nearest))),
+                    hn::Lt(order(d, depth), order(d, hn::Set(d, limits.farthest))));
+        const auto in_x = hn::And(hn::Gt(order(d, x), nothing),
+                                  hn::Lt(order(d, x), order(d, hn::Set(d, limits.width))));
+        const auto in_y = hn::And(hn::Gt(order(d, y), nothing),
+                                  hn::Lt(order(d, y), order(d, hn::Set(d, limits.height))));
+        const auto in_view = hn::RebindMask(d, hn::And(in_depth, hn::And(in_x, in_y)));
+        const auto lands = hn::And(hn::And(hn::Ne(z, zero), carried), in_view);
         const auto column = hn::ConvertTo(di, hn::IfThenElseZero(lands, x));
         const auto row = hn::ConvertTo(di, hn::IfThenElseZero(lands, y));
 
@@ -144,6 +142,33 @@ void doubt(const ScatteredRows &in, const std::uint16_t *HWY_RESTRICT taken,
     });
 }
 
+void readings(const WarpedRow &row, std::uint16_t *HWY_RESTRICT millimetres,
+              std::uint16_t *HWY_RESTRICT classes) {
+    const WarpedRow in = row; // a copy, which nothing written here can change
+    for_lanes(in.count, [&](auto d, int i) HWY_ATTR {
+        const hn::RebindToSigned<decltype(d)> di;
+        const hn::Rebind<std::uint16_t, decltype(d)> d16;
+        const auto set = [&](float value) HWY_ATTR { return hn::Set(d, value); };
+        const auto pixel = hn::LoadU(di, in.pixels + i);
+        const auto z = hn::Mul(hn::ConvertTo(d, hn::ShiftRight<warped_depth_shift>(pixel)),
+                               set(1.0f / warped_units_per_m));
+        const auto u = hn::ConvertTo(d, hn::Iota(di, in.first_column + i));
+        const auto x = hn::Add(set(in.x0), hn::Mul(set(in.dx), u)), y = set(in.y);
+        const auto bend = hn::Mul(set(in.shape[2]), hn::Add(hn::Mul(x, x), hn::Mul(y, y)));
+        const auto tilt = hn::Mul(set(in.shape[0]), x);
+        const auto scale =
+            hn::Add(set(1.0f), hn::Add(tilt, hn::Add(hn::Mul(set(in.shape[1]), y), bend)));
+        const auto reading = hn::Div(z, scale);
+        const auto whole = hn::ConvertTo(di, hn::Add(hn::Mul(reading, set(1000.0f)), set(0.5f)));
+        const auto bin = hn::Min(hn::ConvertTo(di, hn::Mul(reading, set(1.0f / reading_bin_m))),
+                                 hn::Set(di, reading_bins - 1));
+        const auto edge = hn::And(pixel, hn::Set(di, warped_edge_mask));
+        const auto found = hn::Add(hn::Mul(edge, hn::Set(di, reading_bins)), bin);
+        hn::StoreU(hn::DemoteTo(d16, whole), d16, millimetres + i);
+        hn::StoreU(hn::DemoteTo(d16, found), d16, classes + i);
+    });
+}
+
 } // namespace
 } // namespace afterglow::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -154,6 +179,7 @@ namespace {
 
 HWY_EXPORT(project);
 HWY_EXPORT(doubt);
+HWY_EXPORT(readings);
 
 } // namespace
 
@@ -166,6 +192,10 @@ void project_points(const PointRow &points, const RowProjection &projection,
 void find_doubtful(const ScatteredRows &scattered, const std::uint16_t *taken, WarpedPixel *out,
                    std::uint8_t *doubtful) {
     HWY_DYNAMIC_DISPATCH(doubt)(scattered, taken, out, doubtful);
+}
+
+void find_readings(const WarpedRow &row, std::uint16_t *millimetres, std::uint16_t *classes) {
+    HWY_DYNAMIC_DISPATCH(readings)(row, millimetres, classes);
 }
 
 } // namespace afterglow

@@ -59,4 +59,20 @@ struct ScatteredRows {
 void find_doubtful(const ScatteredRows &scattered, const std::uint16_t *taken, WarpedPixel *out,
                    std::uint8_t *doubtful);
 
+/// Pixels of a row of a warped map, and what takes their depths to readings: those are the depths
+/// by 1 + shape . (x, y, x^2 + y^2), DepthCorrection's, at x = x0 + dx u.
+struct WarpedRow {
+    const WarpedPixel *pixels;
+    int first_column, count;
+    float x0, dx, y;
+    Eigen::Vector3f shape;
+};
+/// Bins of readings are so long, metres, and as many; the last one has what is farther, too.
+constexpr float reading_bin_m = 0.1f;
+constexpr int reading_bins = 128;
+
+/// The reading of each pixel, millimetres, and its class: the edge distance times reading_bins, and
+/// the bin. Those of empty pixels mean nothing. Real-time safe.
+void find_readings(const WarpedRow &row, std::uint16_t *millimetres, std::uint16_t *classes);
+
 } // namespace afterglow

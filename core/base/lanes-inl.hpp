@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+//
+// What kernels share. Included once for each instruction set, after hwy/highway.h, by files that
+// are compiled so (Highway's foreach_target.h).
+#if defined(AFTERGLOW_CORE_BASE_LANES_INL_HPP) == defined(HWY_TARGET_TOGGLE)
+#ifdef AFTERGLOW_CORE_BASE_LANES_INL_HPP
+#undef AFTERGLOW_CORE_BASE_LANES_INL_HPP
+#else
+#define AFTERGLOW_CORE_BASE_LANES_INL_HPP
+#endif
+
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace afterglow::HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// Calls work(tag, i) for i in steps of whole vectors of floats, and one by one for the rest.
+template <class Work>
+[[maybe_unused]] HWY_API void for_lanes(int count, const Work &work) {
+    const hn::ScalableTag<float> whole;
+    const hn::CappedTag<float, 1> single;
+    const int lanes = static_cast<int>(hn::Lanes(whole));
+    int i = 0;
+    for (; i + lanes <= count; i += lanes)
+        work(whole, i);
+    for (; i < count; ++i)
+        work(single, i);
+}
+
+/// Integers that are in the order of the floats, as long as one of the two that are compared is not
+/// negative: their bits. All negative floats are below 0, and NaN is above all or below 0. On
+/// 32-bit ARM, whose vectors do not compare floats as IEEE 754 wants it, g++ compares floats one by
+/// one.
+template <class D, class V>
+[[maybe_unused]] HWY_API auto order(D /*tag*/, V value) {
+    return hn::BitCast(hn::RebindToSigned<D>(), value);
+}
+
+} // namespace
+} // namespace afterglow::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif

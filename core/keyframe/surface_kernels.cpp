@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+// Compiled once for each instruction set; the best of them is chosen when first called.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "core/keyframe/surface_kernels.cpp"
+#include "core/keyframe/surface_kernels.hpp"
+
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+// clang-format off: after Highway, once for each instruction set
+#include "core/base/lanes-inl.hpp"
+// clang-format on
+
+HWY_BEFORE_NAMESPACE();
+namespace afterglow::HWY_NAMESPACE {
+namespace {
+
+void smooth(const SmoothedRow &row, const SensorNoise &sensor, float *HWY_RESTRICT out) {
+    // Copies, which nothing written here can change.
+    const SmoothedRow in = row;
+    const SensorNoise noise = sensor;
+    for_lanes(in.count, [&](auto d, int i) HWY_ATTR {
+        const auto set = [&](float value) HWY_ATTR { return hn::Set(d, value); };
+        const auto zero = hn::Zero(d), half = set(0.5f), one = set(1.0f);
+        const auto z = hn::LoadU(d, in.z + i);
+        const auto curve = hn::Add(set(noise.linear), hn::Mul(z, set(noise.quadratic_per_m)));
+        const auto sigma = hn::Max(hn::Add(set(noise.floor_m), hn::Mul(z, curve)),
+                                   hn::Mul(set(noise.least_relative), z));
+        const auto limit = hn::Mul(set(3.0f), sigma);
+        const auto limit_order = order(d, limit);
+        const auto pair_limit_order =
+            order(d, hn::Add(hn::Mul(set(2.0f), limit), hn::Mul(set(0.1f), z)));
+        auto sum = zero, total = half;
+        // Opposite pixels enter as pairs, so that a slope does not shift the mean.
+        for (int dv = 0; dv <= in.radius; ++dv) {
+            const float *above = in.z + i - dv * in.stride;
+            const float *below = in.z + i + dv * in.stride;
+            for (int du = dv == 0 ? 1 : -in.radius; du <= in.radius; ++du) {
+                const auto a = hn::LoadU(d, above - du), b = hn::LoadU(d, below + du);
+                const auto mean = hn::Mul(half, hn::Add(a, b));
+                const auto near =
+                    hn::And(hn::Lt(order(d, hn::Abs(hn::Sub(mean, z))), limit_order),
+                            hn::Lt(order(d, hn::Abs(hn::Sub(a, b))), pair_limit_order));
+                const auto missing = hn::Or(hn::Eq(a, zero), hn::Eq(b, zero));
+                const auto ok = hn::AndNot(missing, hn::RebindMask(d, near));
+                sum = hn::Add(sum, hn::IfThenElseZero(ok, mean));
+                total = hn::Add(total, hn::IfThenElseZero(ok, one));
+            }
+        }
+        // The pixel itself counts as half a pair.
+        const auto mean = hn::Div(hn::Add(hn::Mul(half, z), sum), total);
+        hn::StoreU(hn::IfThenZeroElse(hn::Eq(z, zero), mean), d, out + i);
+    });
+}
+
+} // namespace
+} // namespace afterglow::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace afterglow {
+namespace {
+
+HWY_EXPORT(smooth);
+
+} // namespace
+
+void smooth_row(const SmoothedRow &in, const SensorNoise &noise, float *out) {
+    HWY_DYNAMIC_DISPATCH(smooth)(in, noise, out);
+}
+
+} // namespace afterglow
+#endif
