@@ -58,20 +58,18 @@ void DepthSurface::build(DepthView depth, WorkerPool &pool, const DepthCorrectio
 }
 
 void DepthSurface::load(DepthView depth) {
-    const float dx = static_cast<float>(1 / camera_.fx);
-    const float x0 = static_cast<float>(-camera_.cx / camera_.fx);
+    ReadingRow row;
+    row.count = raw_.width();
+    row.x0 = static_cast<float>(-camera_.cx / camera_.fx);
+    row.dx = static_cast<float>(1 / camera_.fx);
+    row.shape = correction_.shape;
+    row.nearest_m = options_.nearest_m;
+    row.farthest_m = options_.farthest_m;
     int valid = 0;
     for (int v = 0; v < raw_.height(); ++v) {
-        const std::uint16_t *in = depth.row(v);
-        float *out = raw_.row(v);
-        const float y = static_cast<float>((v - camera_.cy) / camera_.fy);
-        for (int u = 0; u < raw_.width(); ++u) {
-            const float z = 0.001f * static_cast<float>(in[u]) *
-                            correction_.scale(x0 + dx * static_cast<float>(u), y);
-            const bool ok = z >= options_.nearest_m && z <= options_.farthest_m;
-            out[u] = ok ? z : 0.0f;
-            valid += ok;
-        }
+        row.millimetres = depth.row(v);
+        row.y = static_cast<float>((v - camera_.cy) / camera_.fy);
+        valid += load_row(row, raw_.row(v));
     }
     fill_ = static_cast<float>(valid) / static_cast<float>(raw_.pixels().size());
 }
@@ -147,33 +145,20 @@ void DepthSurface::find_edges() {
     variation_ = 1.3f * (jump_sum_ + slope_sum_) / pairs;
 }
 
-// Two passes of the 4-neighbour distance transform.
+// The 4-neighbour distance transform: both ways along the rows, then both ways from row to row.
 void DepthSurface::grow_distance() {
     const int w = raw_.width(), h = raw_.height();
     for (int v = 0; v < h; ++v) {
         std::uint8_t *d = distance_.row(v);
-        const std::uint8_t *above = v > 0 ? distance_.row(v - 1) : nullptr;
-        for (int u = 0; u < w; ++u) {
-            int best = d[u];
-            if (u > 0)
-                best = std::min(best, d[u - 1] + 1);
-            if (above)
-                best = std::min(best, above[u] + 1);
-            d[u] = static_cast<std::uint8_t>(best);
-        }
+        for (int u = 1; u < w; ++u)
+            d[u] = static_cast<std::uint8_t>(std::min<int>(d[u], d[u - 1] + 1));
+        for (int u = w - 2; u >= 0; --u)
+            d[u] = static_cast<std::uint8_t>(std::min<int>(d[u], d[u + 1] + 1));
     }
-    for (int v = h - 1; v >= 0; --v) {
-        std::uint8_t *d = distance_.row(v);
-        const std::uint8_t *below = v + 1 < h ? distance_.row(v + 1) : nullptr;
-        for (int u = w - 1; u >= 0; --u) {
-            int best = d[u];
-            if (u + 1 < w)
-                best = std::min(best, d[u + 1] + 1);
-            if (below)
-                best = std::min(best, below[u] + 1);
-            d[u] = static_cast<std::uint8_t>(best);
-        }
-    }
+    for (int v = 1; v < h; ++v)
+        grow_from_row(distance_.row(v - 1), w, distance_.row(v));
+    for (int v = h - 2; v >= 0; --v)
+        grow_from_row(distance_.row(v + 1), w, distance_.row(v));
 }
 
 // As if all had one amplitude.

@@ -4,6 +4,7 @@
 #define HWY_TARGET_INCLUDE "core/keyframe/surface_kernels.cpp"
 #include "core/keyframe/surface_kernels.hpp"
 
+#include <algorithm>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -53,6 +54,33 @@ void smooth(const SmoothedRow &row, const SensorNoise &sensor, float *HWY_RESTRI
     });
 }
 
+int load(const ReadingRow &row, float *HWY_RESTRICT z) {
+    const ReadingRow in = row; // a copy, which nothing written here can change
+    int valid = 0;
+    for_lanes(in.count, [&](auto d, int i) HWY_ATTR {
+        const hn::RebindToSigned<decltype(d)> di;
+        const hn::Rebind<std::uint16_t, decltype(d)> d16;
+        const auto set = [&](float value) HWY_ATTR { return hn::Set(d, value); };
+        const auto whole = hn::PromoteTo(di, hn::LoadU(d16, in.millimetres + i));
+        const auto x = hn::Add(set(in.x0), hn::Mul(set(in.dx), hn::ConvertTo(d, hn::Iota(di, i))));
+        const auto bend = hn::Mul(set(in.shape[2]), hn::Add(hn::Mul(x, x), set(in.y * in.y)));
+        const auto tilt = hn::Mul(set(in.shape[0]), x);
+        const auto scale =
+            hn::Add(set(1.0f), hn::Add(tilt, hn::Add(set(in.shape[1] * in.y), bend)));
+        const auto depth = hn::Mul(hn::Mul(set(0.001f), hn::ConvertTo(d, whole)), scale);
+        const auto outside = hn::Or(hn::Lt(order(d, depth), order(d, set(in.nearest_m))),
+                                    hn::Gt(order(d, depth), order(d, set(in.farthest_m))));
+        hn::StoreU(hn::IfThenZeroElse(hn::RebindMask(d, outside), depth), d, z + i);
+        valid += static_cast<int>(hn::Lanes(d)) - static_cast<int>(hn::CountTrue(di, outside));
+    });
+    return valid;
+}
+
+void grow(const std::uint8_t *HWY_RESTRICT next, int count, std::uint8_t *HWY_RESTRICT values) {
+    for (int i = 0; i < count; ++i) // for the compiler, which makes vector code of it
+        values[i] = std::min(values[i], static_cast<std::uint8_t>(next[i] + 1));
+}
+
 } // namespace
 } // namespace afterglow::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -62,11 +90,21 @@ namespace afterglow {
 namespace {
 
 HWY_EXPORT(smooth);
+HWY_EXPORT(load);
+HWY_EXPORT(grow);
 
 } // namespace
 
 void smooth_row(const SmoothedRow &in, const SensorNoise &noise, float *out) {
     HWY_DYNAMIC_DISPATCH(smooth)(in, noise, out);
+}
+
+int load_row(const ReadingRow &in, float *z) {
+    return HWY_DYNAMIC_DISPATCH(load)(in, z);
+}
+
+void grow_from_row(const std::uint8_t *next, int count, std::uint8_t *values) {
+    HWY_DYNAMIC_DISPATCH(grow)(next, count, values);
 }
 
 } // namespace afterglow

@@ -3,7 +3,10 @@
 
 #include "core/keyframe/sensor_noise.hpp"
 
+#include <Eigen/Core>
+
 #include <cstddef>
+#include <cstdint>
 
 namespace afterglow {
 
@@ -18,5 +21,21 @@ struct SmoothedRow {
 /// Means over windows of what lies on the surface of each pixel, as DepthSurface::smooth() has them
 /// where all readings are alike. Real-time safe.
 void smooth_row(const SmoothedRow &in, const SensorNoise &noise, float *out);
+
+/// Readings of one row, millimetres, and what makes them depths: times 1 + shape . (x, y, x^2 +
+/// y^2), DepthCorrection's, at x = x0 + dx u for column u. Depths outside are none, metres.
+struct ReadingRow {
+    const std::uint16_t *millimetres;
+    int count;
+    float x0, dx, y;
+    Eigen::Vector3f shape;
+    float nearest_m, farthest_m;
+};
+/// The depths, metres, 0 = none. Returns how many there are. Real-time safe.
+int load_row(const ReadingRow &in, float *z);
+
+/// Lowers each distance to one more than that of the next row: values[i] = min(values[i],
+/// next[i] + 1). Real-time safe.
+void grow_from_row(const std::uint8_t *next, int count, std::uint8_t *values);
 
 } // namespace afterglow

@@ -8,18 +8,28 @@
 #include <atomic>
 #include <cmath>
 #include <cstring>
+#include <span>
 
 namespace afterglow {
 namespace {
 
-void keep_nearest(WarpedPixel &pixel, WarpedPixel value, bool alone) {
-    if (alone) {
-        pixel = std::min(pixel, value);
-        return;
+/// Of the values that land on a pixel the least stays.
+void keep_nearest(std::span<const int> offsets, const WarpedPixel *values, WarpedPixel *to) {
+    for (const int offset : offsets) {
+        const WarpedPixel value = *values++;
+        if (value < to[offset])
+            to[offset] = value;
     }
-    std::atomic_ref<WarpedPixel> shared(pixel);
-    WarpedPixel old = shared.load(std::memory_order_relaxed);
-    while (value < old && !shared.compare_exchange_weak(old, value, std::memory_order_relaxed)) {
+}
+
+/// While other threads do the same.
+void keep_nearest_shared(std::span<const int> offsets, const WarpedPixel *values, WarpedPixel *to) {
+    for (const int offset : offsets) {
+        const WarpedPixel value = *values++;
+        std::atomic_ref<WarpedPixel> pixel(to[offset]);
+        WarpedPixel old = pixel.load(std::memory_order_relaxed);
+        while (value < old && !pixel.compare_exchange_weak(old, value, std::memory_order_relaxed)) {
+        }
     }
 }
 
@@ -131,8 +141,8 @@ void Warp::scatter(const DepthSurface &surface, const Pose &pose, const RollingS
             z[static_cast<std::size_t>(count) + 1] = u + count < w ? z_row[u + count] : 0.0f;
             project_points({z.data(), z_up + u, z_down + u, edge + u, u, count}, row, motion,
                            limits, offsets.data(), values.data());
-            for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
-                keep_nearest(to[offsets[i]], values[i], alone);
+            const std::span landed(offsets.data(), static_cast<std::size_t>(count));
+            (alone ? keep_nearest : keep_nearest_shared)(landed, values.data(), to);
         }
     }
 }
