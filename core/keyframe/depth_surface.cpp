@@ -36,6 +36,7 @@ DepthSurface::DepthSurface(const Intrinsics &camera, const SurfaceOptions &optio
     : camera_(camera), options_(options), raw_(camera.width, camera.height),
       smooth_(camera.width, camera.height),
       distance_(camera.width, camera.height, std::uint8_t{far_from_edge}),
+      neighbours_(static_cast<std::size_t>(camera.width)),
       tiles_((camera.width + tile_width - 1) / tile_width,
              (camera.height + tile_height - 1) / tile_height) {}
 
@@ -103,46 +104,60 @@ void DepthSurface::measure_noise() {
 // of its sides differ: sensor holes inside a surface are common and harmless.
 void DepthSurface::find_edges() {
     const int w = raw_.width(), h = raw_.height();
-    jump_sum_ = slope_sum_ = 0;
-    jumps_ = slopes_ = 0;
-    std::fill(distance_.pixels().begin(), distance_.pixels().end(), std::uint8_t{far_from_edge});
-    const auto mark = [&](int u, int v, int du, int dv) {
-        const float a = raw_(u, v);
-        if (a == 0.0f)
-            return;
-        // Look across a hole of up to four pixels for the other surface.
-        for (int k = 1; k <= 5; ++k) {
-            const int x = u + k * du, y = v + k * dv;
-            if (x >= w || y >= h)
-                return;
-            const float b = raw_(x, y);
-            if (b == 0.0f)
-                continue;
-            const float near = std::min(a, b);
-            if (std::abs(a - b) > edge_step(near) * (1.0f + 0.5f * static_cast<float>(k - 1))) {
-                distance_(u, v) = 1;
-                distance_(x, y) = 1;
-                // A step can cost a pixel no more than its whole depth.
-                jump_sum_ += std::min(std::abs(a - b) / (0.5f * (a + b)), 1.0f);
-                ++jumps_;
-            } else if (k == 1) {
-                slope_sum_ += std::max(0.0f, std::abs(a - b) - noise_.sigma(near)) / near;
-                ++slopes_;
-            }
-            return;
-        }
+    std::int64_t slope_sum = 0;
+    int slopes = 0;
+    jump_sum_ = 0;
+    jumps_ = 0;
+    std::ranges::fill(distance_.pixels(), std::uint8_t{far_from_edge});
+    const auto compare_rows = [&](int v, int du, int dv) {
+        const int count = w - du;
+        const float *row = raw_.row(v);
+        const Slopes found =
+            compare_neighbours(row, raw_.row(v + dv) + du, count, {options_.edge_relative, noise_},
+                               neighbours_.data());
+        slope_sum += found.sum;
+        slopes += found.pairs;
+        const auto end = neighbours_.begin() + count;
+        const auto differ = [](Neighbours n) { return n != Neighbours::alike; };
+        for (auto at = std::find_if(neighbours_.begin(), end, differ); at != end;
+             at = std::find_if(at + 1, end, differ))
+            mark(static_cast<int>(at - neighbours_.begin()), v, du, dv);
     };
-    for (int v = 0; v < h; ++v)
-        for (int u = 0; u < w; ++u) {
-            mark(u, v, 1, 0);
-            mark(u, v, 0, 1);
-        }
+    for (int v = 0; v < h; ++v) {
+        compare_rows(v, 1, 0);
+        if (v + 1 < h)
+            compare_rows(v, 0, 1);
+    }
     // Each pixel has two neighbours to be compared with; a shift in any direction crosses about
     // two thirds of both kinds.
-    const float pairs = static_cast<float>(std::max(1, jumps_ + slopes_));
+    const float sum = static_cast<float>(std::ldexp(static_cast<double>(slope_sum), -20));
+    const float pairs = static_cast<float>(std::max(1, jumps_ + slopes));
     edge_jump_ = jump_sum_ / static_cast<float>(std::max(1, jumps_));
-    slope_ = slope_sum_ / static_cast<float>(std::max(1, slopes_));
-    variation_ = 1.3f * (jump_sum_ + slope_sum_) / pairs;
+    slope_ = sum / static_cast<float>(std::max(1, slopes));
+    variation_ = 1.3f * (jump_sum_ + sum) / pairs;
+}
+
+/// Marks an edge between (u, v) and the next reading in the direction (du, dv), if there is one:
+/// across a hole of up to four pixels.
+void DepthSurface::mark(int u, int v, int du, int dv) {
+    const float a = raw_(u, v);
+    for (int k = 1; k <= 5; ++k) {
+        const int x = u + k * du, y = v + k * dv;
+        if (!raw_.view().contains(x, y))
+            return;
+        const float b = raw_(x, y);
+        if (b == 0.0f)
+            continue;
+        if (std::abs(a - b) >
+            edge_step(std::min(a, b)) * (1.0f + 0.5f * static_cast<float>(k - 1))) {
+            distance_(u, v) = 1;
+            distance_(x, y) = 1;
+            // A step can cost a pixel no more than its whole depth.
+            jump_sum_ += std::min(std::abs(a - b) / (0.5f * (a + b)), 1.0f);
+            ++jumps_;
+        }
+        return;
+    }
 }
 
 // The 4-neighbour distance transform: both ways along the rows, then both ways from row to row.

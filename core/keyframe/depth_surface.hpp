@@ -6,6 +6,9 @@
 #include "core/base/worker_pool.hpp"
 #include "core/keyframe/self_calibration.hpp"
 #include "core/keyframe/sensor_noise.hpp"
+#include "core/keyframe/surface_kernels.hpp"
+
+#include <vector>
 
 namespace afterglow {
 
@@ -72,6 +75,7 @@ private:
     void load(DepthView depth);
     void measure_noise();
     void find_edges();
+    void mark(int u, int v, int du, int dv);
     void grow_distance();
     struct AmplitudeWeights;
     void smooth(int first_row, int end_row);
@@ -85,10 +89,11 @@ private:
     Image<float> raw_;
     Image<float> smooth_;
     Image<std::uint8_t> distance_;
+    std::vector<Neighbours> neighbours_; ///< of one row
     Image<TileDepths> tiles_;
     float fill_ = 0, variation_ = 0, edge_jump_ = 0, slope_ = 0;
-    float jump_sum_ = 0, slope_sum_ = 0;
-    int jumps_ = 0, slopes_ = 0;
+    float jump_sum_ = 0;
+    int jumps_ = 0;
 };
 
 } // namespace afterglow

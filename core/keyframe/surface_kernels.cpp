@@ -16,6 +16,15 @@ HWY_BEFORE_NAMESPACE();
 namespace afterglow::HWY_NAMESPACE {
 namespace {
 
+/// SensorNoise::sigma() of each depth.
+template <class D, class V>
+HWY_API V sigma(D d, const SensorNoise &noise, V z) {
+    const auto curve =
+        hn::Add(hn::Set(d, noise.linear), hn::Mul(z, hn::Set(d, noise.quadratic_per_m)));
+    return hn::Max(hn::Add(hn::Set(d, noise.floor_m), hn::Mul(z, curve)),
+                   hn::Mul(hn::Set(d, noise.least_relative), z));
+}
+
 void smooth(const SmoothedRow &row, const SensorNoise &sensor, float *HWY_RESTRICT out) {
     // Copies, which nothing written here can change.
     const SmoothedRow in = row;
@@ -24,10 +33,7 @@ void smooth(const SmoothedRow &row, const SensorNoise &sensor, float *HWY_RESTRI
         const auto set = [&](float value) HWY_ATTR { return hn::Set(d, value); };
         const auto zero = hn::Zero(d), half = set(0.5f), one = set(1.0f);
         const auto z = hn::LoadU(d, in.z + i);
-        const auto curve = hn::Add(set(noise.linear), hn::Mul(z, set(noise.quadratic_per_m)));
-        const auto sigma = hn::Max(hn::Add(set(noise.floor_m), hn::Mul(z, curve)),
-                                   hn::Mul(set(noise.least_relative), z));
-        const auto limit = hn::Mul(set(3.0f), sigma);
+        const auto limit = hn::Mul(set(3.0f), sigma(d, noise, z));
         const auto limit_order = order(d, limit);
         const auto pair_limit_order =
             order(d, hn::Add(hn::Mul(set(2.0f), limit), hn::Mul(set(0.1f), z)));
@@ -81,6 +87,36 @@ void grow(const std::uint8_t *HWY_RESTRICT next, int count, std::uint8_t *HWY_RE
         values[i] = std::min(values[i], static_cast<std::uint8_t>(next[i] + 1));
 }
 
+Slopes compare(const float *HWY_RESTRICT pixels, const float *HWY_RESTRICT next, int count,
+               const EdgeRule &of, std::uint8_t *HWY_RESTRICT found) {
+    const EdgeRule rule = of; // a copy, which nothing written here can change
+    Slopes slopes;
+    for_lanes(count, [&](auto d, int i) HWY_ATTR {
+        const hn::RebindToSigned<decltype(d)> di;
+        const hn::Rebind<std::uint8_t, decltype(d)> d8;
+        const auto zero = hn::Zero(d);
+        const auto a = hn::LoadU(d, pixels + i), b = hn::LoadU(d, next + i);
+        const auto near = hn::Min(a, b), difference = hn::Abs(hn::Sub(a, b));
+        const auto noise = sigma(d, rule.noise, near);
+        const auto step = hn::Add(hn::Mul(hn::Set(d, rule.edge_relative), near),
+                                  hn::Mul(hn::Set(d, 3.0f), noise));
+        const auto empty = hn::RebindMask(di, hn::Eq(a, zero));
+        const auto hole = hn::AndNot(empty, hn::RebindMask(di, hn::Eq(b, zero)));
+        const auto both = hn::Not(hn::Or(empty, hole));
+        const auto far = hn::Gt(order(d, difference), order(d, step));
+        const auto parted = hn::And(both, far), alike = hn::AndNot(far, both);
+        const auto slope =
+            hn::Min(hn::Div(hn::Max(hn::Sub(difference, noise), zero), near), hn::Set(d, 1.0f));
+        const auto units = hn::ConvertTo(di, hn::Mul(slope, hn::Set(d, 1048576.0f)));
+        slopes.sum += hn::GetLane(hn::SumOfLanes(di, hn::IfThenElseZero(alike, units)));
+        slopes.pairs += static_cast<int>(hn::CountTrue(di, alike));
+        const auto kind = hn::Or(hn::IfThenElseZero(parted, hn::Set(di, 1)),
+                                 hn::IfThenElseZero(hole, hn::Set(di, 2)));
+        hn::StoreU(hn::DemoteTo(d8, kind), d8, found + i);
+    });
+    return slopes;
+}
+
 } // namespace
 } // namespace afterglow::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -92,6 +128,7 @@ namespace {
 HWY_EXPORT(smooth);
 HWY_EXPORT(load);
 HWY_EXPORT(grow);
+HWY_EXPORT(compare);
 
 } // namespace
 
@@ -105,6 +142,12 @@ int load_row(const ReadingRow &in, float *z) {
 
 void grow_from_row(const std::uint8_t *next, int count, std::uint8_t *values) {
     HWY_DYNAMIC_DISPATCH(grow)(next, count, values);
+}
+
+Slopes compare_neighbours(const float *pixels, const float *next, int count, const EdgeRule &rule,
+                          Neighbours *found) {
+    return HWY_DYNAMIC_DISPATCH(compare)(pixels, next, count, rule,
+                                         reinterpret_cast<std::uint8_t *>(found));
 }
 
 } // namespace afterglow

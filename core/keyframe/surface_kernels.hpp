@@ -38,4 +38,26 @@ int load_row(const ReadingRow &in, float *z);
 /// next[i] + 1). Real-time safe.
 void grow_from_row(const std::uint8_t *next, int count, std::uint8_t *values);
 
+/// What parts two surfaces: a step between neighbours of more than `edge_relative` of the nearer
+/// depth and three sigmas of noise.
+struct EdgeRule {
+    float edge_relative;
+    SensorNoise noise;
+};
+/// How a pixel and the next one of a row or column are to each other.
+enum class Neighbours : std::uint8_t {
+    alike = 0,  ///< on one surface, or the pixel is empty
+    parted = 1, ///< on two surfaces
+    hole = 2,   ///< the next one is empty
+};
+/// Of pairs on one surface: how many, and the sum of max(0, |dz| - sigma) / z in 2^-20.
+struct Slopes {
+    int pairs = 0;
+    std::int64_t sum = 0;
+};
+/// Compares `count` pixels with as many next ones. Depths in metres, 0 = none.
+/// Real-time safe.
+Slopes compare_neighbours(const float *pixels, const float *next, int count, const EdgeRule &rule,
+                          Neighbours *found);
+
 } // namespace afterglow
