@@ -30,6 +30,8 @@ set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
 set(CMAKE_LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib)
 set(CMAKE_ARCHIVE_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib)
 
+# Programs of a build find libafterglow wherever the build's folder is taken.
+set(CMAKE_BUILD_RPATH_USE_ORIGIN ON)
 # Installed programs find libafterglow beside them under any prefix.
 cmake_path(IS_ABSOLUTE CMAKE_INSTALL_LIBDIR absolute)
 if(NOT absolute)

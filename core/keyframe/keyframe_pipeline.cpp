@@ -51,10 +51,11 @@ const Estimate &KeyframePipeline::measure(const Measurement &measurement) {
     k.alignment_template.build(tracker_.image(),
                                seen_.seen(k.surface, pool_, lag().inverse(), while_read()));
     tracker_.keyframe_added();
-    calibration_watch_.add(k.surface, views_.surface, views_.surface_from_tracking.inverse(),
-                           tracker_.image(), motion_.rate());
-    // What a device registered shows its own errors in both, the map and the next one.
-    k.calibration_shift = views_.calibrated ? calibration_watch_.shift() : 0.0f;
+    // The calibration of a device that registers its depth is its own.
+    if (views_.calibrated)
+        calibration_watch_.add(k.surface, views_.surface, views_.surface_from_tracking.inverse(),
+                               tracker_.image(), motion_.rate());
+    k.calibration_shift = calibration_watch_.shift();
     const Pose from_world = published_now();
     const DepthView shown =
         views_.publishes_readings()

@@ -165,7 +165,8 @@ TEST_CASE("readings and classes of warped pixels are found in vectors as one by 
 TEST_CASE("points land where they are projected to, and nowhere else") {
     std::mt19937 random(5);
     constexpr int width = 40, height = 30, count = 40;
-    const LandingLimits limits = {0.1f, 12.0f, width, height, 2, width};
+    const RowMotion still = {Eigen::Matrix3f::Zero(), Eigen::Vector3f::Zero(), 0, 0, false};
+    const LandingLimits limits = {0.1f, 12.0f, width, height, 2, 0, width};
     std::uniform_real_distribution<float> shift(-30.0f, 30.0f), along(-1.5f, 1.5f);
     std::uniform_int_distribution<int> edge(0, 7);
     for (int round = 0; round < 200; ++round) {
@@ -180,7 +181,7 @@ TEST_CASE("points land where they are projected to, and nowhere else") {
         std::vector<int> offsets(count);
         std::vector<WarpedPixel> values(count);
         project_points({padded.data(), above.data(), below.data(), edges.data(), 0, count}, by,
-                       limits, offsets.data(), values.data());
+                       still, limits, offsets.data(), values.data());
         for (int u = 0; u < count; ++u) {
             const auto i = static_cast<std::size_t>(u);
             const float z = padded[i + 1];
