@@ -4,15 +4,16 @@
 namespace afterglow {
 namespace {
 
-/// How old a frame can be when it is received: longer than a full queue of a slow reader, and than
-/// the longest exposures and pipelines.
+/// How old a stream's first frame can be when it is received: longer than the longest exposures and
+/// pipelines.
 constexpr std::int64_t oldest_ns = 2'000'000'000;
 
 } // namespace
 
 std::optional<std::int64_t> exposure_begin(const FrameStamp &frame, std::int64_t period_ns,
                                            std::int64_t furthest_ahead_ns) {
-    if (frame.stamp_ns < frame.arrival_ns - oldest_ns ||
+    const bool waited = frame.previous_ns && frame.stamp_ns > *frame.previous_ns;
+    if ((frame.stamp_ns < frame.arrival_ns - oldest_ns && !waited) ||
         frame.stamp_ns > frame.arrival_ns + furthest_ahead_ns)
         return std::nullopt;
     return frame.begins_exposure ? frame.stamp_ns : frame.stamp_ns - period_ns;

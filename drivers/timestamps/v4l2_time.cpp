@@ -32,8 +32,9 @@ std::int64_t FrameClock::capture_time(const v4l2_buffer &buffer, std::int64_t no
         (buffer.flags & V4L2_BUF_FLAG_TSTAMP_SRC_MASK) == V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
     const bool is_monotonic =
         (buffer.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
-    const auto begin_ns = exposure_begin({stamp_ns, is_begin, now_ns}, period_ns_,
+    const auto begin_ns = exposure_begin({stamp_ns, is_begin, now_ns, previous_ns_}, period_ns_,
                                          std::max(furthest_ahead_ns, period_ns_));
+    previous_ns_ = stamp_ns;
     stamps_believed_ = stamps_believed_ && is_monotonic && begin_ns;
     return stamps_believed_ ? *begin_ns : now_ns - period_ns_;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 struct v4l2_buffer;
 
@@ -31,6 +32,7 @@ public:
 
 private:
     std::int64_t period_ns_;
+    std::optional<std::int64_t> previous_ns_; ///< the stamp of the frame before
     bool stamps_believed_ = true;
 };
 

@@ -86,6 +86,17 @@ TEST_CASE("after one impossible V4L2 timestamp the stream uses arrival times") {
     CHECK(clock.capture_time(stamped(102 * second, flags), 102 * second) == 102 * second - period);
 }
 
+TEST_CASE("V4L2 frames that waited for their reader keep their capture times") {
+    FrameClock clock(period);
+    const auto flags = monotonic | V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
+    const std::int64_t begun = 100 * second, back = begun + 20 * second;
+    CHECK(clock.capture_time(stamped(begun, flags), begun) == begun);
+    // What the driver's queue has held since, and what comes after it.
+    for (const std::int64_t waited : {begun + second, begun + 2 * second, begun + 3 * second})
+        CHECK(clock.capture_time(stamped(waited, flags), back) == waited);
+    CHECK(clock.capture_time(stamped(back, flags), back) == back);
+}
+
 TEST_CASE("a V4L2 timestamp in the far future is replaced by the arrival time") {
     FrameClock clock(period);
     const auto buffer = stamped(4'294'967'290 * second, monotonic);
