@@ -75,9 +75,10 @@ void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const P
 void DepthComposer::merge(const MapError &error, const DepthSurface &surface, float error_scale) {
     misplaced_ = std::max(misplaced_, error.misplaced);
     ConfidenceTable table;
+    auto confidence = table.begin();
     for (int d = 0; d <= warped_edge_mask; ++d)
         for (int b = 0; b < reading_bins; ++b)
-            table[static_cast<std::size_t>(d * reading_bins + b)] = estimated_confidence(
+            *confidence++ = estimated_confidence(
                 error.misplaced +
                 error_scale * pixel_error(error, surface.noise(), options_.error.shared_noise,
                                           (static_cast<float>(b) + 0.5f) * reading_bin_m, d));

@@ -33,12 +33,12 @@ for view in tof color; do
 [color]
 driver = "v4l2"
 device = "$(by_id color)"
-fps = 5
+fps = 2
 [tof]
 driver = "v4l2"
 device = "$(by_id tof)"
 format = "Z16"
-fps = 5
+fps = 2
 warmup_maps = 0
 pairing_tolerance_ms = 100
 pairing_wait_ms = 400
@@ -50,7 +50,7 @@ calibration = "room/calibration.toml"
 camera = "$view"
 [gate]
 mode = "interval"
-interval_frames = 5
+interval_frames = 12
 [daemon]
 workers = 1
 TOML
@@ -58,9 +58,11 @@ TOML
     rm -rf published played offline
     mkdir published
     watch_depth "$bus" room 12 published | tee frames.log || { cat daemon.log; fail "right frames"; }
-    check "$(awk '$2 == 1' frames.log | wc -l)" '>=' 2 # measured
-    check "$(awk '$2 == 2' frames.log | wc -l)" '>=' 6 # estimated
+    # One map is measured, and eleven are estimated of it. A second one would come an image later
+    # than offline: what the driver's queue held while the map was not wanted is read first.
+    count_of() { awk -v source="$1" '$2 == source' frames.log | wc -l; }
+    [ "$(count_of 1)" -eq 1 ] && [ "$(count_of 2)" -eq 11 ] || { cat daemon.log; fail "12 frames"; }
     kill $daemon
     wait $daemon
-    as_offline --published "$view"
+    as_offline --published "$view" --set gate.interval_frames=12
 done
