@@ -69,7 +69,7 @@ std::string stage_table(const CountedSequence &counted) {
     std::vector<std::size_t> order(stages.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::ranges::sort(order, std::greater(),
-                      [&](std::size_t i) { return mean(frames, of_stage(i)); });
+                      [&](std::size_t i) { return mean(counted.counts.frames, of_stage(i)); });
     const double all = mean(frames, &FrameCount::sum);
     std::string text = fmt::format(
         "\n{}, {}, {}: {:>{}} {:>7} {:>8} {:>8}\n", counted.sequence, counted.preset,
