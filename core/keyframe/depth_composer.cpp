@@ -5,11 +5,11 @@
 #include <array>
 #include <atomic>
 #include <cmath>
+#include <cstring>
 
 namespace afterglow {
 namespace {
 
-constexpr int most_candidates = 16;
 /// Keyframes of which less than this is in view are not worth a warp.
 constexpr float least_visible_share = 0.1f;
 
@@ -18,29 +18,45 @@ struct Candidate {
     float visible_share;
 };
 
+/// A map is drawn anew when its pixels show what is farther than this from what they should, or
+/// nearer or farther by this share of its depth.
+constexpr float same_place_px = 0.1f, same_depth = 0.0005f;
+
+/// Length of DepthComposer's bins of depth.
+constexpr float depth_bin_m = 0.1f;
+constexpr unsigned bin_mm = 100;
+
+constexpr std::size_t depth_bin(unsigned millimetres) {
+    return std::min<unsigned>(millimetres / bin_mm, DepthComposer::depth_bins - 1);
+}
+
 } // namespace
 
 DepthComposer::DepthComposer(const Views &views, const KeyframeOptions &options, WorkerPool &pool)
     : views_(views), camera_(views.published), options_(options), pool_(pool),
       warp_(views.surface, views.published, options.warp), depth_(camera_.width, camera_.height),
-      confidence_(depth_.width(), depth_.height()),
+      classes_(camera_.width, camera_.height), confidence_(camera_.width, camera_.height),
+      further_(options.compose.maps_per_frame > 1 ? depth_ : DepthMap()),
+      further_edges_(further_.width(), further_.height()),
       compared_(MotionMask::cells(camera_.width), MotionMask::cells(camera_.height)) {}
 
 void DepthComposer::clear() {
     misplaced_ = 0;
     std::ranges::fill(depth_.pixels(), std::uint16_t{0});
     std::ranges::fill(confidence_.pixels(), std::uint8_t{0});
-    covered_ = 0;
+    covered_ = drawn_ = 0;
+    confidence_sum_ = 0;
 }
 
 void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const Pose &now,
                             const Alignment &alignment, const Twist &while_read, int enough,
-                            const DepthCorrection &correction, float error_scale) {
-    correction_ = correction;
-    clear();
-    std::array<Candidate, most_candidates> candidates{};
+                            const DepthCorrection &correction) {
+    std::array<Candidate, most_layers> candidates{};
     int count = 0;
-    for (int i = 0; i < keyframes.size() && count < most_candidates; ++i) {
+    const bool several = options_.compose.maps_per_frame > 1;
+    for (int i = 0; i < keyframes.size() && count < most_layers; ++i) {
+        if (i != reference && !several)
+            continue;
         const Pose pose = now * keyframes[i].depth_from_world.inverse();
         const float share = i == reference ? 2.0f
                                            : visible_share(keyframes[i].surface, views_.surface,
@@ -51,121 +67,169 @@ void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const P
     std::sort(
         candidates.begin(), candidates.begin() + count,
         [](const Candidate &a, const Candidate &b) { return a.visible_share > b.visible_share; });
+    RollingShutter shutter;
+    if (views_.publishes_tracking()) { // other cameras show one instant
+        if (views_.readout_s > 0)
+            shutter.motion = while_read;
+        else
+            shutter.skew = views_.surface_from_tracking.R.cast<float>() * alignment.skew;
+    }
+    const Pose first = now * keyframes[reference].depth_from_world.inverse();
+    drawn_anew_ = !looks_as_drawn(keyframes[reference], first, shutter);
+    if (!drawn_anew_)
+        return;
+    covered_ = drawn_ = 0;
+    misplaced_ = 0;
     for (int i = 0; i < std::min(count, options_.compose.maps_per_frame); ++i) {
-        const bool first = i == 0;
-        if (!first && covered_ >= enough)
+        if (i > 0 && covered_ >= enough)
             break;
         const Keyframe &k = keyframes[candidates[static_cast<std::size_t>(i)].keyframe];
-        const Pose pose = now * k.depth_from_world.inverse();
-        RollingShutter shutter;
-        if (views_.publishes_tracking()) { // other cameras show one instant
-            if (views_.readout_s > 0)
-                shutter.motion = while_read;
-            else if (first)
-                shutter.skew = views_.surface_from_tracking.R.cast<float>() * alignment.skew;
+        Layer &layer = layers_[static_cast<std::size_t>(drawn_++)];
+        layer.pose = now * k.depth_from_world.inverse();
+        layer.shutter = shutter;
+        layer.t_ns = k.t_ns;
+        layer.noise = k.surface.noise();
+        if (i == 0) {
+            covered_ =
+                warp_.run(k.surface, layer.pose, pool_, depth_, classes_, correction, shutter);
+        } else {
+            if (views_.readout_s <= 0)
+                layer.shutter.skew.setZero(); // that of the alignment's keyframe is known alone
+            warp_.run(k.surface, layer.pose, pool_, further_, further_edges_, correction,
+                      layer.shutter);
+            fill_in(i);
         }
-        warp_.run(k.surface, pose, depth_, pool_, shutter);
-        merge(map_error(k.surface, views_, pose, alignment.covariance, options_.error,
-                        k.calibration_shift),
-              k.surface, error_scale);
+        layer.error = map_error(k.surface, views_, layer.pose, alignment.covariance, options_.error,
+                                k.calibration_shift);
+        misplaced_ = std::max(misplaced_, layer.error.misplaced);
     }
 }
 
-/// Writes what was warped into the pixels that are still empty.
-void DepthComposer::merge(const MapError &error, const DepthSurface &surface, float error_scale) {
-    misplaced_ = std::max(misplaced_, error.misplaced);
-    ConfidenceTable table;
-    auto confidence = table.begin();
-    for (int d = 0; d <= warped_edge_mask; ++d)
-        for (int b = 0; b < reading_bins; ++b)
-            *confidence++ = estimated_confidence(
-                error.misplaced +
-                error_scale * pixel_error(error, surface.noise(), options_.error.shared_noise,
-                                          (static_cast<float>(b) + 0.5f) * reading_bin_m, d));
-    std::atomic<int> added = 0;
-    const int rows = camera_.height, n = pool_.size();
-    pool_.run([&](int worker) {
-        int count = 0;
-        for (int v = rows * worker / n; v < rows * (worker + 1) / n; ++v)
-            warp_.open().for_each_run(
-                v, [&](int begin, int end) { count += merge_row(v, begin, end, table); });
-        added.fetch_add(count, std::memory_order_relaxed);
-    });
-    covered_ += added;
+/// Whether the map drawn last would hardly change, were it drawn again: by where it shows a few
+/// points.
+bool DepthComposer::looks_as_drawn(const Keyframe &keyframe, const Pose &pose,
+                                   const RollingShutter &shutter) const {
+    constexpr int across = 5;
+    const Layer &drawn = layers_.front();
+    if (drawn_ == 0 || drawn.t_ns != keyframe.t_ns || options_.compose.maps_per_frame > 1)
+        return false;
+    const float f = static_cast<float>(camera_.fx);
+    const Twist motion = shutter.motion - drawn.shutter.motion;
+    const double nearest = keyframe.surface.options().nearest_m;
+    const float by_shutter = f * ((shutter.skew - drawn.shutter.skew).norm() +
+                                  static_cast<float>(motion.tail<3>().norm()) +
+                                  static_cast<float>(motion.head<3>().norm() / nearest));
+    if (!(by_shutter < same_place_px))
+        return false;
+    const Pose moved = pose * drawn.pose.inverse();
+    for (int y = 0; y < across; ++y)
+        for (int x = 0; x < across; ++x) {
+            const int u = x * (camera_.width - 1) / (across - 1);
+            const int v = y * (camera_.height - 1) / (across - 1);
+            const double z = depth_(u, v) != 0 ? 1e-3 * depth_(u, v) : 1;
+            const Eigen::Vector3d X = moved * camera_.back_project(u, v, z);
+            if (!(std::abs(X.z() - z) < same_depth * z &&
+                  (camera_.project(X) - Eigen::Vector2d(u, v)).norm() < same_place_px))
+                return false;
+        }
+    return true;
 }
 
-int DepthComposer::merge_row(int v, int begin, int end, const ConfidenceTable &table) {
-    constexpr int most_px = 4 * OpenTiles::tile_px;
-    std::array<std::uint16_t, most_px> readings, classes;
-    WarpedRow row;
-    row.x0 = static_cast<float>(-camera_.cx / camera_.fx);
-    row.dx = static_cast<float>(1 / camera_.fx);
-    row.y = static_cast<float>((v - camera_.cy) / camera_.fy);
-    row.shape = correction_.shape;
-    int count = 0;
-    for (int first = begin; first < end; first += most_px) {
-        row.pixels = warp_.result().row(v) + first;
-        row.first_column = first;
-        row.count = std::min(most_px, end - first);
-        find_readings(row, readings.data(), classes.data());
-        std::uint16_t *depth = depth_.row(v) + first;
-        std::uint8_t *confidence = confidence_.row(v) + first;
-        for (int i = 0; i < row.count; ++i) {
-            if (depth[i] != 0 || row.pixels[i] == 0)
+/// Pixels that are still empty get what a further map has.
+void DepthComposer::fill_in(int layer) {
+    for (int v = 0; v < camera_.height; ++v) {
+        const std::uint16_t *further = further_.row(v);
+        const std::uint8_t *edge = further_edges_.row(v);
+        std::uint16_t *depth = depth_.row(v);
+        std::uint8_t *of = classes_.row(v);
+        for (int u = 0; u < camera_.width; ++u) {
+            if (depth[u] != 0 || further[u] == 0)
                 continue;
-            depth[i] = readings[static_cast<std::size_t>(i)];
-            confidence[i] = table[classes[static_cast<std::size_t>(i)]];
-            ++count;
+            depth[u] = further[u];
+            of[u] = static_cast<std::uint8_t>(edge[u] | layer << layer_shift);
+            ++covered_;
         }
     }
-    return count;
 }
 
-/// Calls visit(x, y, confidence) for each cell of the map, MotionMask::cell_px wide and high.
-template <class Visit>
-void DepthComposer::for_each_cell(const Visit &visit) {
-    constexpr int size = MotionMask::cell_px;
-    for (int y = 0; y * size < camera_.height; ++y)
-        for (int x = 0; x * size < camera_.width; ++x)
-            visit(x, y,
-                  ImageView<std::uint8_t>(confidence_.row(y * size) + x * size,
-                                          std::min(size, camera_.width - x * size),
-                                          std::min(size, camera_.height - y * size),
-                                          confidence_.width()));
+DepthComposer::ConfidenceTable DepthComposer::confidences(float error_scale) const {
+    ConfidenceTable table{};
+    for (int l = 0; l < drawn_; ++l)
+        for (int d = 1; d <= DepthSurface::far_from_edge; ++d) {
+            const Layer &layer = layers_[static_cast<std::size_t>(l)];
+            for (int b = 0; b < depth_bins; ++b)
+                table[static_cast<std::size_t>(l << layer_shift | d)][static_cast<std::size_t>(b)] =
+                    estimated_confidence(
+                        layer.error.misplaced +
+                        error_scale * pixel_error(layer.error, layer.noise,
+                                                  options_.error.shared_noise,
+                                                  (static_cast<float>(b) + 0.5f) * depth_bin_m, d));
+        }
+    return table;
 }
 
-void DepthComposer::distrust(const MotionMask &mask, float relative_error) {
-    const std::uint8_t most = estimated_confidence(relative_error);
-    for_each_cell([&](int x, int y, ImageView<std::uint8_t> cell) {
-        if (mask.moving()(x, y) == 0)
-            return;
-        for (int v = 0; v < cell.height(); ++v)
-            for (std::uint8_t *c = cell.row(v), *end = c + cell.width(); c < end; ++c)
-                *c = std::min(*c, most);
+void DepthComposer::judge(const Doubts &doubts) {
+    const ConfidenceTable table = confidences(doubts.error_scale);
+    std::atomic<std::uint64_t> sum = 0;
+    const int rows = compared_.height(), n = pool_.size();
+    pool_.run([&](int worker) {
+        std::uint64_t part = 0;
+        for (int y = rows * worker / n; y < rows * (worker + 1) / n; ++y)
+            for (int x = 0; x < compared_.width(); ++x)
+                part += judge_cell(x, y, table, doubts);
+        sum.fetch_add(part, std::memory_order_relaxed);
     });
+    confidence_sum_ = sum;
 }
 
-void DepthComposer::distrust(const LocalErrors &errors, float scale) {
-    std::array<std::uint8_t, 256> lowered;
-    for_each_cell([&](int x, int y, ImageView<std::uint8_t> cell) {
-        const float local = scale * errors.expected()(x, y);
-        if (local < confidence_step)
-            return;
-        std::uint8_t least = measured_confidence, most = no_confidence;
-        for (int v = 0; v < cell.height(); ++v)
-            for (int u = 0; u < cell.width(); ++u) {
-                least = std::min(least, cell(u, v));
-                most = std::max(most, cell(u, v));
+std::uint32_t DepthComposer::judge_cell(int x, int y, const ConfidenceTable &table,
+                                        const Doubts &doubts) {
+    constexpr int cell = MotionMask::cell_px, run = 16;
+    constexpr std::uint64_t all_alike = 0x0101010101010101;
+    const float local = doubts.local ? doubts.error_scale * doubts.local->expected()(x, y) : 0;
+    const std::uint8_t most = doubts.mask && doubts.mask->moving()(x, y) != 0
+                                  ? estimated_confidence(doubts.moving_error)
+                                  : measured_confidence;
+    std::array<std::uint8_t, 256> lowered{}; // 0: not yet worked out
+    const auto lower = [&](std::uint8_t confidence) {
+        if (confidence == no_confidence)
+            return confidence;
+        std::uint8_t &found = lowered[confidence];
+        if (found == 0) {
+            found = std::min(confidence, most);
+            if (local >= confidence_step)
+                found = estimated_confidence(std::hypot(expected_error(found), local));
+        }
+        return found;
+    };
+    std::uint32_t sum = 0;
+    const int end_u = std::min((x + 1) * cell, camera_.width);
+    for (int v = y * cell; v < std::min((y + 1) * cell, camera_.height); ++v) {
+        const std::uint16_t *depth = depth_.row(v);
+        const std::uint8_t *of = classes_.row(v);
+        std::uint8_t *confidence = confidence_.row(v);
+        for (int u = x * cell; u < end_u; u += run) {
+            // Most runs are of one class, and change little in depth.
+            if (u + run <= end_u) {
+                std::uint64_t low = 0, high = 0;
+                std::memcpy(&low, of + u, sizeof low);
+                std::memcpy(&high, of + u + sizeof low, sizeof high);
+                const std::size_t bin = depth_bin(depth[u]);
+                if (low == high && low == all_alike * of[u] &&
+                    bin == depth_bin(depth[u + run - 1])) {
+                    const std::uint8_t c = lower(table[of[u]][bin]);
+                    std::memset(confidence + u, c, run);
+                    sum += run * std::uint32_t{c};
+                    continue;
+                }
             }
-        for (int c = least; c <= most; ++c)
-            lowered[static_cast<std::size_t>(c)] =
-                c == no_confidence ? no_confidence
-                                   : estimated_confidence(std::hypot(
-                                         expected_error(static_cast<std::uint8_t>(c)), local));
-        for (int v = 0; v < cell.height(); ++v)
-            for (std::uint8_t *c = cell.row(v), *end = c + cell.width(); c < end; ++c)
-                *c = lowered[*c];
-    });
+            for (int i = u; i < std::min(u + run, end_u); ++i) {
+                confidence[i] = lower(table[of[i]][depth_bin(depth[i])]);
+                sum += confidence[i];
+            }
+        }
+    }
+    return sum;
 }
 
 ImageView<const ComparedErrors> DepthComposer::compare(DepthView measured) {
@@ -186,6 +250,7 @@ ImageView<const ComparedErrors> DepthComposer::compare(DepthView measured) {
 }
 
 void DepthComposer::overlay(DepthView measured) {
+    drawn_ = 0;
     for (int v = 0; v < camera_.height; ++v) {
         const std::uint16_t *in = measured.row(v);
         std::uint16_t *depth = depth_.row(v);
@@ -194,6 +259,7 @@ void DepthComposer::overlay(DepthView measured) {
             if (in[u] == 0)
                 continue;
             covered_ += depth[u] == 0;
+            confidence_sum_ += measured_confidence - confidence[u];
             depth[u] = in[u];
             confidence[u] = measured_confidence;
         }
@@ -201,17 +267,11 @@ void DepthComposer::overlay(DepthView measured) {
 }
 
 float DepthComposer::expected_mre() const {
-    std::array<int, 256> histogram{};
-    for (const std::uint8_t c : confidence_.pixels())
-        ++histogram[c];
-    double sum = 0;
-    int count = 0;
-    for (int c = 1; c < 256; ++c) {
-        const int pixels = histogram[static_cast<std::size_t>(c)];
-        sum += static_cast<double>(pixels) * expected_error(static_cast<std::uint8_t>(c));
-        count += pixels;
-    }
-    return count > 0 ? static_cast<float>(100 * sum / count) : 100.0f;
+    if (covered_ == 0)
+        return 100;
+    // The expected error is linear in the confidence, and 0 is no confidence.
+    const double mean = static_cast<double>(confidence_sum_) / covered_;
+    return static_cast<float>(100 * confidence_step * (measured_confidence - mean));
 }
 
 } // namespace afterglow

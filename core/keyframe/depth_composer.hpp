@@ -11,7 +11,6 @@
 #include "core/keyframe/local_errors.hpp"
 #include "core/keyframe/motion_mask.hpp"
 #include "core/keyframe/warp.hpp"
-#include "core/keyframe/warp_kernels.hpp"
 
 #include <array>
 #include <cstdint>
@@ -25,20 +24,31 @@ namespace afterglow {
 /// Allocates when made; the calls are real-time safe.
 class DepthComposer {
 public:
+    /// The confidence of estimated depth is told by bins of depth; the last has what is farther.
+    static constexpr int depth_bins = 128;
+
     DepthComposer(const Views &views, const KeyframeOptions &options, WorkerPool &pool);
 
     /// `now`: world to published camera, when its depth map would be exposed. `alignment`: of the
     /// image with keyframe `reference`. `while_read`: motion of the scene before the tracking
     /// camera while Views::readout_s. Stops when `enough` pixels are covered. The map shows what a
-    /// TOF camera with that `correction` would read. `error_scale`: factor on the modelled errors.
+    /// TOF camera with that `correction` would read. The last map stays if it would hardly differ.
     void compose(const KeyframeSet &keyframes, int reference, const Pose &now,
                  const Alignment &alignment, const Twist &while_read, int enough,
-                 const DepthCorrection &correction = {}, float error_scale = 1);
-    /// Lowers the confidence of what lies in moving cells to that of `relative_error`.
-    void distrust(const MotionMask &mask, float relative_error);
-    /// Adds what is expected of each cell to that of its pixels, in quadrature. `scale`: factor on
-    /// it.
-    void distrust(const LocalErrors &errors, float scale);
+                 const DepthCorrection &correction = {});
+    /// What makes the pixels of the composed map wrong, beside its MapError.
+    struct Doubts {
+        /// Factor on the modelled errors.
+        float error_scale = 1;
+        /// Cells that move, in which the relative error is at least `moving_error`. Null: none.
+        const MotionMask *mask = nullptr;
+        float moving_error = 0;
+        /// Errors to be added to those of a cell's pixels, in quadrature, by error_scale. Null:
+        /// none.
+        const LocalErrors *local = nullptr;
+    };
+    /// Gives every pixel of the composed map the confidence that its expected error deserves.
+    void judge(const Doubts &doubts);
     /// The map beside one that was measured for the same image, by cell of MotionMask, at every
     /// second pixel of every second row that has depth in both. Valid until the next call.
     ImageView<const ComparedErrors> compare(DepthView measured);
@@ -53,28 +63,50 @@ public:
     int covered() const { return covered_; }
     /// Mean of what the confidences promise over the pixels that have depth, percent; 100 without.
     float expected_mre() const;
+    /// The last compose() has drawn a new map.
+    bool drawn_anew() const { return drawn_anew_; }
 
 private:
-    /// Confidence by class (find_readings()): by distance from the next depth edge and by depth.
+    /// Most maps in one.
+    static constexpr int most_layers = 16;
+    /// A pixel's class: the distance of its point from the next depth edge, and in which layer.
+    static constexpr int layer_shift = 3;
+    /// Confidence by class and by bin of depth; none where there is no depth.
     using ConfidenceTable =
-        std::array<std::uint8_t, static_cast<std::size_t>(warped_edge_mask + 1) * reading_bins>;
+        std::array<std::array<std::uint8_t, depth_bins>, most_layers << layer_shift>;
+    /// A map as it was drawn.
+    struct Layer {
+        MapError error;
+        SensorNoise noise;
+        Pose pose;
+        RollingShutter shutter;
+        std::int64_t t_ns = 0; ///< Keyframe's
+    };
 
-    void merge(const MapError &error, const DepthSurface &surface, float error_scale);
-    int merge_row(int v, int begin, int end, const ConfidenceTable &table);
-    template <class Visit>
-    void for_each_cell(const Visit &visit);
+    bool looks_as_drawn(const Keyframe &keyframe, const Pose &pose,
+                        const RollingShutter &shutter) const;
+    void fill_in(int layer);
+    ConfidenceTable confidences(float error_scale) const;
+    /// Sum of the confidences of a cell's pixels.
+    std::uint32_t judge_cell(int x, int y, const ConfidenceTable &table, const Doubts &doubts);
 
     Views views_;
     Intrinsics camera_; ///< the published one
     KeyframeOptions options_;
     WorkerPool &pool_;
     Warp warp_;
-    DepthCorrection correction_;
     DepthMap depth_;
+    Image<std::uint8_t> classes_;
     Image<std::uint8_t> confidence_;
+    DepthMap further_; ///< a further map, and its edge distances
+    Image<std::uint8_t> further_edges_;
     Image<ComparedErrors> compared_;
+    std::array<Layer, most_layers> layers_;
+    int drawn_ = 0; ///< layers of which the map consists; 0: it is none that compose() has drawn
     int covered_ = 0;
+    std::uint64_t confidence_sum_ = 0;
     float misplaced_ = 0; ///< MapError's, the most of the maps drawn
+    bool drawn_anew_ = false;
 };
 
 } // namespace afterglow

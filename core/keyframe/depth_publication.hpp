@@ -9,6 +9,7 @@
 #include "core/keyframe/motion_mask.hpp"
 
 #include <cstdint>
+#include <vector>
 
 namespace afterglow {
 
@@ -41,6 +42,7 @@ public:
     void begin_world();
 
 private:
+    void judge(const Pose &from_world);
     void learn_errors(DepthView depth);
     /// Motion of the published camera since the last measurement.
     Pose since_measurement(const Pose &from_world) const;
@@ -52,8 +54,10 @@ private:
     DepthComposer composer_;
     MotionMask motion_mask_;
     LocalErrors local_errors_;
-    ErrorScale error_scale_;  ///< of what moves with the camera's view alone
-    ErrorScale moving_scale_; ///< of moving_error
+    std::vector<std::uint8_t> judged_moving_; ///< cells that moved when confidences were made
+    std::uint32_t judged_frames_ = 0;         ///< since the measurement, then
+    ErrorScale error_scale_;                  ///< of what moves with the camera's view alone
+    ErrorScale moving_scale_;                 ///< of moving_error
     Estimate estimate_;
     std::int64_t t_ns_ = 0;
     std::int64_t measured_ns_ = 0;

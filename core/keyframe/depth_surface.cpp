@@ -36,9 +36,7 @@ DepthSurface::DepthSurface(const Intrinsics &camera, const SurfaceOptions &optio
     : camera_(camera), options_(options), raw_(camera.width, camera.height),
       smooth_(camera.width, camera.height),
       distance_(camera.width, camera.height, std::uint8_t{far_from_edge}),
-      neighbours_(static_cast<std::size_t>(camera.width)),
-      tiles_((camera.width + tile_width - 1) / tile_width,
-             (camera.height + tile_height - 1) / tile_height) {}
+      neighbours_(static_cast<std::size_t>(camera.width)), tiles_(camera.width, camera.height) {}
 
 void DepthSurface::build(DepthView depth, WorkerPool &pool, const DepthCorrection &correction,
                          ImageView<const std::uint16_t> amplitude) {
@@ -55,7 +53,7 @@ void DepthSurface::build(DepthView depth, WorkerPool &pool, const DepthCorrectio
         else
             smooth(first, end, AmplitudeWeights{amplitude});
     });
-    find_ranges();
+    tiles_.find(smooth_, distance_);
 }
 
 void DepthSurface::load(DepthView depth) {
@@ -226,19 +224,6 @@ void DepthSurface::smooth(int first_row, int end_row, const AmplitudeWeights &we
             out[u] = (own * z + sum) / (own + total);
         }
     }
-}
-
-void DepthSurface::find_ranges() {
-    std::ranges::fill(tiles_.pixels(), TileDepths{});
-    for (int v = 0; v < smooth_.height(); ++v)
-        for (int u = 0; u < smooth_.width(); ++u) {
-            const float z = smooth_(u, v);
-            if (z == 0.0f)
-                continue;
-            TileDepths &range = tiles_(u / tile_width, v / tile_height);
-            range.nearest = range.farthest == 0.0f ? z : std::min(range.nearest, z);
-            range.farthest = std::max(range.farthest, z);
-        }
 }
 
 } // namespace afterglow

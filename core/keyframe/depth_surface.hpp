@@ -7,6 +7,7 @@
 #include "core/keyframe/self_calibration.hpp"
 #include "core/keyframe/sensor_noise.hpp"
 #include "core/keyframe/surface_kernels.hpp"
+#include "core/keyframe/surface_tiles.hpp"
 
 #include <vector>
 
@@ -25,11 +26,6 @@ struct SurfaceOptions {
     int smooth_radius_px = 2;
 };
 
-/// Depths of a tile of a surface, metres; `farthest` is 0 where it has none.
-struct TileDepths {
-    float nearest = 0, farthest = 0;
-};
-
 /// One measured depth map prepared for being carried to other views: smoothed without crossing
 /// depth edges, every pixel labelled with its distance from the next depth edge or sensor hole.
 ///
@@ -38,7 +34,6 @@ class DepthSurface {
 public:
     /// Edge distances are counted up to this many pixels.
     static constexpr int far_from_edge = 7;
-    static constexpr int tile_width = 64, tile_height = 16;
 
     DepthSurface(const Intrinsics &camera, const SurfaceOptions &options);
 
@@ -54,8 +49,7 @@ public:
     ImageView<const float> z() const { return smooth_; }
     /// Pixels to the next depth edge (1 = on it), at most far_from_edge.
     ImageView<const std::uint8_t> edge_distance() const { return distance_; }
-    /// Of each tile, tile_width x tile_height pixels; those at the right and below may be smaller.
-    ImageView<const TileDepths> tiles() const { return tiles_; }
+    ImageView<const SurfaceTile> tiles() const { return tiles_.view(); }
     /// Share of all pixels that have depth.
     float fill() const { return fill_; }
     /// How much the depth changes from pixel to pixel: mean |dz| / z between neighbours, per pixel,
@@ -80,7 +74,6 @@ private:
     struct AmplitudeWeights;
     void smooth(int first_row, int end_row);
     void smooth(int first_row, int end_row, const AmplitudeWeights &weights);
-    void find_ranges();
 
     Intrinsics camera_;
     DepthCorrection correction_;
@@ -90,7 +83,7 @@ private:
     Image<float> smooth_;
     Image<std::uint8_t> distance_;
     std::vector<Neighbours> neighbours_; ///< of one row
-    Image<TileDepths> tiles_;
+    SurfaceTiles tiles_;
     float fill_ = 0, variation_ = 0, edge_jump_ = 0, slope_ = 0;
     float jump_sum_ = 0;
     int jumps_ = 0;

@@ -25,14 +25,8 @@ const DepthSurface &SurfaceRegistration::seen(const DepthSurface &surface, Worke
 DepthView SurfaceRegistration::rendered(const DepthSurface &surface, const Pose &pose,
                                         WorkerPool &pool, const Twist &while_read) {
     assert(rendering_);
-    rendering_->warp.run(surface, pose, rendering_->nothing, pool, {.motion = while_read});
-    const ImageView<const WarpedPixel> warped = rendering_->warp.result();
-    for (int v = 0; v < warped.height(); ++v) {
-        const WarpedPixel *in = warped.row(v);
-        std::uint16_t *out = rendering_->depth.row(v);
-        for (int u = 0; u < warped.width(); ++u)
-            out[u] = static_cast<std::uint16_t>(warped_z(in[u]) * 1000.0f + 0.5f);
-    }
+    rendering_->warp.run(surface, pose, pool, rendering_->depth, rendering_->edge_distance, {},
+                         {.motion = while_read});
     return rendering_->depth;
 }
 

@@ -35,12 +35,12 @@ public:
 private:
     struct Rendering {
         Rendering(const Intrinsics &from, const Intrinsics &to, const KeyframeOptions &options)
-            : warp(from, to, options.warp), nothing(to.width, to.height),
-              depth(to.width, to.height), surface(to, options.surface) {}
+            : warp(from, to, options.warp), depth(to.width, to.height),
+              edge_distance(to.width, to.height), surface(to, options.surface) {}
 
         Warp warp;
-        DepthMap nothing; ///< is taken
         DepthMap depth;
+        Image<std::uint8_t> edge_distance; ///< not used
         DepthSurface surface;
     };
 

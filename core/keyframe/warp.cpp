@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
+#include <cassert>
 #include <cmath>
 #include <cstring>
 #include <span>
@@ -33,72 +34,42 @@ void keep_nearest_shared(std::span<const int> offsets, const WarpedPixel *values
     }
 }
 
-RowMotion row_motion(const Intrinsics &camera, const Twist &motion) {
-    const Eigen::Matrix3d K = camera.matrix();
-    const Eigen::Vector3d w = motion.tail<3>();
-    Eigen::Matrix3d cross;
-    cross << 0, -w.z(), w.y(), w.z(), 0, -w.x(), -w.y(), w.x(), 0;
-    return {(K * cross * K.inverse()).cast<float>(), (K * motion.head<3>()).cast<float>(),
-            static_cast<float>((camera.height - 1) / 2.0), 1 / static_cast<float>(camera.height),
-            !motion.isZero(0)};
-}
-
 } // namespace
 
 Warp::Warp(const Intrinsics &from, const Intrinsics &to, const WarpOptions &options)
-    : from_(from), to_(to), options_(options), open_(to.width, to.height),
-      nearest_(to.width + 2 * margin(), to.height + 2 * margin()), filled_(to.width, to.height),
-      doubtful_(to.width, to.height),
-      landing_((from.width + DepthSurface::tile_width - 1) / DepthSurface::tile_width,
-               (from.height + DepthSurface::tile_height - 1) / DepthSurface::tile_height) {}
+    : from_(from), to_(to), options_(options), tiles_(from, to),
+      nearest_(to.width + 2 * margin(), to.height + 2 * margin()) {}
 
 ImageView<const WarpedPixel> Warp::landed() const {
     return {nearest_.row(margin()) + margin(), to_.width, to_.height, nearest_.width()};
 }
 
-void Warp::run(const DepthSurface &surface, const Pose &pose, DepthView taken, WorkerPool &pool,
-               const RollingShutter &shutter) {
-    open_.find(taken);
+int Warp::run(const DepthSurface &surface, const Pose &pose, WorkerPool &pool,
+              ImageView<std::uint16_t> depth, ImageView<std::uint8_t> edge_distance,
+              const DepthCorrection &correction, const RollingShutter &shutter) {
+    assert(depth.width() == to_.width && depth.height() == to_.height &&
+           edge_distance.same_size(depth));
+    const SurfaceProjection projection(from_, to_, pose, shutter);
+    tiles_.find(surface, projection, static_cast<float>(options_.crack_px + 1));
     std::ranges::fill(nearest_.pixels(), nothing_landed);
-    const int rows = to_.height, tile_rows = landing_.height(), n = pool.size();
+    const int n = pool.size();
     pool.run([&](int worker) {
-        scatter(surface, pose, shutter, tile_rows * worker / n, tile_rows * (worker + 1) / n,
+        scatter(surface, projection, from_.height * worker / n, from_.height * (worker + 1) / n,
                 n == 1);
     });
+    std::atomic<int> drawn = 0;
     pool.run([&](int worker) {
-        for (int v = rows * worker / n; v < rows * (worker + 1) / n; ++v)
-            open_.for_each_run(
-                v, [&](int begin, int end) { fill_cracks(surface, taken, v, begin, end); });
+        int count = 0;
+        for (int y = tiles_.rows() * worker / n; y < tiles_.rows() * (worker + 1) / n; ++y)
+            count += draw_tiles({surface, correction, depth, edge_distance}, y);
+        drawn.fetch_add(count, std::memory_order_relaxed);
     });
+    return drawn;
 }
 
-/// Whether points of a tile may land, or be the side of a crack, where there is room: the picture
-/// of a box before the camera lies between those of its corners.
-bool Warp::may_land(const DepthSurface &surface, int tile_x, int tile_y, const Pose &pose,
-                    double margin_px) const {
-    const TileDepths range = surface.tiles()(tile_x, tile_y);
-    if (range.farthest == 0.0f)
-        return false;
-    Eigen::AlignedBox2d box;
-    for (int corner = 0; corner < 8; ++corner) {
-        const int u = (tile_x + (corner & 1)) * DepthSurface::tile_width;
-        const int v = (tile_y + (corner >> 1 & 1)) * DepthSurface::tile_height;
-        const Eigen::Vector3d X =
-            pose * from_.back_project(u, v, corner & 4 ? range.farthest : range.nearest);
-        if (!(X.z() > 0.01))
-            return true;
-        box.extend(to_.project(X));
-    }
-    const Eigen::Vector2f low = (box.min().array() - margin_px).cast<float>();
-    const Eigen::Vector2f high = (box.max().array() + margin_px).cast<float>();
-    return open_.any(low.x(), low.y(), high.x(), high.y());
-}
-
-void Warp::scatter(const DepthSurface &surface, const Pose &pose, const RollingShutter &shutter,
-                   int first_tile_row, int end_tile_row, bool alone) {
-    constexpr int strip = DepthSurface::tile_width;
-    const int w = from_.width, h = from_.height;
-    const Eigen::Matrix3d K = to_.matrix(), KR = K * pose.R, Ki = from_.matrix().inverse();
+void Warp::scatter(const DepthSurface &surface, const SurfaceProjection &projection, int first_row,
+                   int end_row, bool alone) {
+    constexpr int most = 64; // points at a time
     const LandingLimits limits = {surface.options().nearest_m,
                                   surface.options().farthest_m,
                                   static_cast<float>(to_.width),
@@ -106,64 +77,128 @@ void Warp::scatter(const DepthSurface &surface, const Pose &pose, const RollingS
                                   options_.edges_hide ? 1 : options_.least_edge_distance_px,
                                   options_.edges_hide ? options_.least_edge_distance_px : 0,
                                   nearest_.width()};
-    const Eigen::Vector3d skew = shutter.skew.cast<double>();
-    const double margin_px =
-        options_.crack_px + 1 +
-        to_.fx * (skew.norm() + shutter.motion.head<3>().norm() / surface.options().nearest_m +
-                  shutter.motion.tail<3>().norm());
-    const RowMotion motion = row_motion(to_, shutter.motion);
-    for (int y = first_tile_row; y < end_tile_row; ++y)
-        for (int x = 0; x < landing_.width(); ++x)
-            landing_(x, y) = may_land(surface, x, y, pose, margin_px);
-
     WarpedPixel *const to = nearest_.row(margin()) + margin();
-    std::array<float, strip + 2> z;
-    std::array<int, strip> offsets;
-    std::array<WarpedPixel, strip> values;
-    const int end_row = std::min(end_tile_row * DepthSurface::tile_height, h);
-    for (int v = first_tile_row * DepthSurface::tile_height; v < end_row; ++v) {
-        const Eigen::Vector3d turn = skew * (static_cast<double>(v) / h - 0.5);
-        const Eigen::Matrix3f A = (KR * rotation(turn) * Ki).cast<float>();
-        const RowProjection row = {A.col(0), A.col(1) * static_cast<float>(v) + A.col(2),
-                                   (K * pose.T).cast<float>()};
+    const int w = from_.width, last = from_.height - 1;
+    std::array<float, most + 2> z;
+    std::array<int, most> offsets;
+    std::array<WarpedPixel, most> values;
+    for (int v = first_row; v < end_row; ++v) {
+        const RowProjection row = projection.row(v);
         const float *z_row = surface.z().row(v);
         const float *z_up = surface.z().row(std::max(v - 1, 0));
-        const float *z_down = surface.z().row(std::min(v + 1, h - 1));
+        const float *z_down = surface.z().row(std::min(v + 1, last));
         const std::uint8_t *edge = surface.edge_distance().row(v);
-        const std::uint8_t *landing = landing_.row(v / DepthSurface::tile_height);
-        for (int u = 0; u < w; u += strip) {
-            if (!landing[u / strip])
-                continue;
-            const int count = std::min(strip, w - u);
+        const auto project = [&](int u, int count) {
             // Beyond the picture there is no depth.
             z.front() = u > 0 ? z_row[u - 1] : 0.0f;
             std::copy_n(z_row + u, count, z.begin() + 1);
             z[static_cast<std::size_t>(count) + 1] = u + count < w ? z_row[u + count] : 0.0f;
-            project_points({z.data(), z_up + u, z_down + u, edge + u, u, count}, row, motion,
-                           limits, offsets.data(), values.data());
+            project_points({z.data(), z_up + u, z_down + u, edge + u, u, count}, row,
+                           projection.while_read(), limits, offsets.data(), values.data());
             const std::span landed(offsets.data(), static_cast<std::size_t>(count));
             (alone ? keep_nearest : keep_nearest_shared)(landed, values.data(), to);
-        }
+        };
+        tiles_.for_each_landing_run(v, [&](int begin, int end) {
+            for (int u = begin; u < end; u += most)
+                project(u, std::min(most, end - u));
+        });
     }
 }
 
-void Warp::fill_cracks(const DepthSurface &surface, DepthView taken, int v, int begin, int end) {
+/// The functions that draw tell how many pixels have depth.
+int Warp::draw_tiles(const Drawing &to, int tile_row) const {
+    constexpr int size = TileMapping::tile_px;
+    const int first = tile_row * size, end = std::min(first + size, to_.height);
+    int drawn = 0;
+    for (int x = 0; x < tiles_.columns(); ++x) {
+        const int left = x * size, width = std::min(size, to_.width - left);
+        if (tiles_.content(x, tile_row) == TileContent::smooth)
+            drawn += draw_smooth(to, x, tile_row);
+        if (tiles_.content(x, tile_row) != TileContent::nothing)
+            continue;
+        for (int v = first; v < end; ++v) {
+            std::fill_n(to.depth.row(v) + left, width, std::uint16_t{0});
+            std::fill_n(to.edge_distance.row(v) + left, width, std::uint8_t{0});
+        }
+    }
+    for (int v = first; v < end; ++v)
+        tiles_.for_each_mixed_run(
+            v, [&](int begin, int end_column) { drawn += draw_mixed(to, v, begin, end_column); });
+    return drawn;
+}
+
+int Warp::draw_smooth(const Drawing &to, int x, int y) const {
+    constexpr int size = TileMapping::tile_px;
+    MappedTile tile = tiles_.mapped(x, y);
+    for (int i = 0; i < 4; ++i) {
+        const int u = (x + (i & 1)) * size, v = (y + (i >> 1)) * size;
+        const float units =
+            1000.0f / to.correction.scale(static_cast<float>((u - to_.cx) / to_.fx),
+                                          static_cast<float>((v - to_.cy) / to_.fy));
+        tile.corners[i].scale *= units;
+        tile.corners[i].shift *= units;
+    }
+    std::array<int, size * size> places;
+    std::uint16_t *const first = to.depth.row(y * size) + x * size;
+    const bool whole = draw_mapped(tile, to.surface.z(), first, to.depth.stride(), places.data());
+    if (whole && tiles_.least_edge_distance(x, y) >= DepthSurface::far_from_edge) {
+        for (int v = 0; v < size; ++v)
+            std::fill_n(to.edge_distance.row(y * size + v) + x * size, size,
+                        std::uint8_t{DepthSurface::far_from_edge});
+        return size * size;
+    }
+    int drawn = 0;
+    const std::uint8_t *const edges = to.surface.edge_distance().data();
+    auto place = places.begin();
+    for (int v = 0; v < size; ++v) {
+        std::uint8_t *const out = to.edge_distance.row(y * size + v) + x * size;
+        const std::uint16_t *const depth = first + v * to.depth.stride();
+        for (int u = 0; u < size; ++u, ++place) {
+            out[u] = depth[u] != 0 ? edges[*place] : std::uint8_t{0};
+            drawn += depth[u] != 0;
+        }
+    }
+    return drawn;
+}
+
+int Warp::draw_mixed(const Drawing &to, int v, int begin, int end) const {
+    constexpr int most = 4 * TileMapping::tile_px;
+    std::array<WarpedPixel, most> pixels;
+    std::array<std::uint8_t, most> doubtful;
     const ImageView<const WarpedPixel> from = landed();
-    const WarpedPixel *in = from.row(v);
-    WarpedPixel *out = filled_.row(v);
-    std::uint8_t *doubtful = doubtful_.row(v);
-    find_doubtful({from.row(v - 1) + begin, in + begin, from.row(v + 1) + begin, end - begin},
-                  taken.row(v) + begin, out + begin, doubtful + begin);
-    const auto next_doubtful = [&](int u) {
-        const void *at = std::memchr(doubtful + u, 1, static_cast<std::size_t>(end - u));
-        return at ? static_cast<int>(static_cast<const std::uint8_t *>(at) - doubtful) : end;
-    };
-    for (int u = next_doubtful(begin); u < end; u = next_doubtful(u + 1))
-        if (const WarpedPixel filled = fill_pixel(surface, in + u); filled != 0)
-            out[u] = filled;
-    if (options_.edges_hide)
-        for (int u = begin; u < end; ++u)
-            out[u] = (out[u] & warped_edge_mask) < options_.least_edge_distance_px ? 0 : out[u];
+    int drawn = 0;
+    WarpedRow row;
+    row.pixels = pixels.data();
+    row.x0 = static_cast<float>(-to_.cx / to_.fx);
+    row.dx = static_cast<float>(1 / to_.fx);
+    row.y = static_cast<float>((v - to_.cy) / to_.fy);
+    row.shape = to.correction.shape;
+    for (int first = begin; first < end; first += most) {
+        const int count = std::min(most, end - first);
+        const WarpedPixel *const in = from.row(v) + first;
+        find_doubtful({from.row(v - 1) + first, in, from.row(v + 1) + first, count}, pixels.data(),
+                      doubtful.data());
+        const std::uint8_t *const marks_end = doubtful.data() + count;
+        for (const std::uint8_t *mark = doubtful.data();;) {
+            mark = static_cast<const std::uint8_t *>(
+                std::memchr(mark, 1, static_cast<std::size_t>(marks_end - mark)));
+            if (!mark)
+                break;
+            const std::ptrdiff_t i = mark - doubtful.data();
+            if (const WarpedPixel filled = fill_pixel(to.surface, in + i); filled != 0)
+                pixels[static_cast<std::size_t>(i)] = filled;
+            ++mark;
+        }
+        if (options_.edges_hide)
+            for (int i = 0; i < count; ++i) {
+                WarpedPixel &pixel = pixels[static_cast<std::size_t>(i)];
+                pixel = (pixel & warped_edge_mask) < options_.least_edge_distance_px ? 0 : pixel;
+            }
+        row.first_column = first;
+        row.count = count;
+        drawn += find_readings(row, to.depth.row(v) + first, to.edge_distance.row(v) + first);
+    }
+    return drawn;
 }
 
 /// What the pixel at `at` of the scattered map becomes if it is a crack: an empty pixel, or one
@@ -196,8 +231,7 @@ WarpedPixel Warp::fill_pixel(const DepthSurface &surface, const WarpedPixel *at)
     if (pairs < (empty ? 1 : 3))
         return 0;
     const float z = sum / static_cast<float>(pairs);
-    return (static_cast<WarpedPixel>(z * warped_units_per_m + 0.5f) << warped_depth_shift) |
-           warped_crack | edge;
+    return (static_cast<WarpedPixel>(z * warped_units_per_m + 0.5f) << warped_depth_shift) | edge;
 }
 
 } // namespace afterglow

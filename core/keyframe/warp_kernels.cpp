@@ -4,6 +4,8 @@
 #define HWY_TARGET_INCLUDE "core/keyframe/warp_kernels.cpp"
 #include "core/keyframe/warp_kernels.hpp"
 
+#include <algorithm>
+#include <array>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -17,6 +19,19 @@ namespace {
 
 /// Steepest slope along which a depth is moved, share of depth per pixel.
 constexpr float steepest = 0.03f;
+
+constexpr std::array<float, 64> whole_numbers = [] {
+    std::array<float, 64> numbers{};
+    for (std::size_t i = 0; i < numbers.size(); ++i)
+        numbers[i] = static_cast<float>(i);
+    return numbers;
+}();
+
+/// first, first + 1, ...; as a table, since g++ makes it number by number.
+template <class D>
+HWY_API auto ramp(D d, int first) {
+    return hn::Add(hn::LoadU(d, whole_numbers.data()), hn::Set(d, static_cast<float>(first)));
+}
 
 void project(const PointRow &points, const RowProjection &projection, const RowMotion &rows,
              const LandingLimits &landing, int *HWY_RESTRICT offsets,
@@ -37,7 +52,7 @@ void project(const PointRow &points, const RowProjection &projection, const RowM
         const auto above = hn::LoadU(d, in.above + i);
         const auto below = hn::LoadU(d, in.below + i);
         const auto edge = hn::PromoteTo(di, hn::LoadU(d8, in.edge_distance + i));
-        const auto u = hn::ConvertTo(d, hn::Iota(di, in.first_column + i));
+        const auto u = ramp(d, in.first_column + i);
         if (limits.hides_below > 0) {
             const auto hides = hn::And(
                 hn::RebindMask(d, hn::Lt(edge, hn::Set(di, limits.hides_below))), hn::Ne(z, zero));
@@ -75,51 +90,52 @@ void project(const PointRow &points, const RowProjection &projection, const RowM
         const auto inverse = hn::Div(hn::Set(d, 1.0f), depth);
         const auto x = hn::Add(hn::Mul(across, inverse), half);
         const auto y = hn::Add(hn::Mul(down, inverse), half);
-        const auto carried =
-            hn::RebindMask(d, hn::Gt(edge, hn::Set(di, limits.least_edge_distance - 1)));
-        const auto nothing = hn::Set(di, -1);
+        const hn::RebindToUnsigned<decltype(d)> du;
+        const auto bits = [&](auto value) HWY_ATTR { return hn::BitCast(du, value); };
+        // As unsigned numbers the bits of negative floats, and of NaN, are beyond all others.
+        const auto below_limit = [&](auto value, float limit) HWY_ATTR {
+            return hn::Lt(bits(value), bits(hn::Set(d, limit)));
+        };
         const auto in_depth =
-            hn::And(hn::Gt(order(d, depth), order(d, hn::Set(d, limits.nearest))),
-                    hn::Lt(order(d, depth), order(d, hn::Set(d, limits.farthest))));
-        const auto in_x = hn::And(hn::Gt(order(d, x), nothing),
-                                  hn::Lt(order(d, x), order(d, hn::Set(d, limits.width))));
-        const auto in_y = hn::And(hn::Gt(order(d, y), nothing),
-                                  hn::Lt(order(d, y), order(d, hn::Set(d, limits.height))));
-        const auto in_view = hn::RebindMask(d, hn::And(in_depth, hn::And(in_x, in_y)));
-        const auto lands = hn::And(hn::And(hn::Ne(z, zero), carried), in_view);
-        const auto column = hn::ConvertTo(di, hn::IfThenElseZero(lands, x));
-        const auto row = hn::ConvertTo(di, hn::IfThenElseZero(lands, y));
+            hn::AndNot(below_limit(depth, limits.nearest), below_limit(depth, limits.farthest));
+        const auto in_view =
+            hn::And(in_depth, hn::And(below_limit(x, limits.width), below_limit(y, limits.height)));
+        const auto carried = hn::And(hn::Gt(edge, hn::Set(di, limits.least_edge_distance - 1)),
+                                     hn::RebindMask(di, hn::Ne(bits(z), hn::Zero(du))));
+        const auto lands = hn::And(carried, hn::RebindMask(di, in_view));
+        const auto column = hn::ConvertTo(di, hn::IfThenElseZero(hn::RebindMask(d, lands), x));
+        const auto row = hn::ConvertTo(di, hn::IfThenElseZero(hn::RebindMask(d, lands), y));
 
-        const auto inside = hn::And(
-            hn::And(hn::RebindMask(d, hn::Gt(edge, hn::Set(di, 2))), hn::Ne(left, zero)),
-            hn::And(hn::And(hn::Ne(right, zero), hn::Ne(above, zero)), hn::Ne(below, zero)));
-        const auto half_inverse_z = hn::Div(half, z);
+        // Inside the surface the depth changes from pixel to pixel as between the neighbours.
+        const auto least =
+            hn::Min(hn::Min(bits(left), bits(right)), hn::Min(bits(above), bits(below)));
+        const auto inside =
+            hn::And(hn::Gt(edge, hn::Set(di, 2)), hn::RebindMask(di, hn::Ne(least, hn::Zero(du))));
+        const auto most = hn::Mul(hn::Set(d, steepest), depth);
+        const auto least_step = hn::Mul(hn::Set(d, -steepest), depth); // Neg() is slow on ARMv7
         const auto slope = [&](auto from, auto to) HWY_ATTR {
-            const auto steep = hn::Mul(hn::Sub(to, from), half_inverse_z);
-            return hn::Min(hn::Max(steep, hn::Set(d, -steepest)), hn::Set(d, steepest));
+            const auto step = hn::Mul(half, hn::Sub(to, from));
+            return hn::Min(hn::Max(step, least_step), most);
         };
         const auto to_centre = [&](auto pixel, auto at) HWY_ATTR {
-            return hn::Sub(hn::Add(hn::ConvertTo(d, pixel), half), at);
+            return hn::Sub(hn::ConvertTo(d, pixel), hn::Sub(at, half));
         };
         const auto rise = hn::Add(hn::Mul(slope(left, right), to_centre(column, x)),
                                   hn::Mul(slope(above, below), to_centre(row, y)));
-        const auto moved = hn::IfThenElse(inside, hn::Add(depth, hn::Mul(depth, rise)), depth);
-        const auto units = hn::ConvertTo(
-            di, hn::Add(hn::Mul(hn::IfThenElseZero(lands, moved), hn::Set(d, warped_units_per_m)),
-                        half));
+        const auto moved = hn::Add(depth, hn::IfThenElseZero(hn::RebindMask(d, inside), rise));
+        const auto units =
+            hn::ConvertTo(di, hn::Add(hn::Mul(moved, hn::Set(d, warped_units_per_m)), half));
         const auto value = hn::Or(hn::ShiftLeft<warped_depth_shift>(units), edge);
-        hn::StoreU(hn::IfThenElse(hn::RebindMask(di, lands), value, hn::Set(di, nothing_landed)),
-                   di, values + i);
+        hn::StoreU(hn::IfThenElse(lands, value, hn::Set(di, nothing_landed)), di, values + i);
         hn::StoreU(hn::Add(hn::Mul(row, hn::Set(di, limits.stride)), column), di, offsets + i);
     });
 }
 
-void doubt(const ScatteredRows &in, const std::uint16_t *HWY_RESTRICT taken,
-           WarpedPixel *HWY_RESTRICT out, std::uint8_t *HWY_RESTRICT doubtful) {
+void doubt(const ScatteredRows &in, WarpedPixel *HWY_RESTRICT out,
+           std::uint8_t *HWY_RESTRICT doubtful) {
     for_lanes(in.count, [&](auto d, int i) HWY_ATTR {
         const hn::RebindToSigned<decltype(d)> di;
         const hn::Rebind<std::uint8_t, decltype(d)> d8;
-        const hn::Rebind<std::uint16_t, decltype(d)> d16;
         const auto nothing = hn::Set(di, nothing_landed);
         const auto here = hn::LoadU(di, in.row + i);
         const auto left = hn::LoadU(di, in.row + i - 1), right = hn::LoadU(di, in.row + i + 1);
@@ -135,38 +151,93 @@ void doubt(const ScatteredRows &in, const std::uint16_t *HWY_RESTRICT taken,
         const auto behind =
             hn::Not(hn::Gt(hn::Min(left, right), hn::Sub(here, hn::ShiftRight<5>(here))));
         const auto suspect = hn::Or(hn::And(hn::Not(lonely), empty), hn::AndNot(empty, behind));
-        const auto open = hn::Eq(hn::PromoteTo(di, hn::LoadU(d16, taken + i)), hn::Zero(di));
-        const auto mark = hn::IfThenElseZero(hn::And(suspect, open), hn::Set(di, 1));
+        const auto mark = hn::IfThenElseZero(suspect, hn::Set(di, 1));
         hn::StoreU(hn::IfThenZeroElse(empty, here), di, out + i);
         hn::StoreU(hn::DemoteTo(d8, mark), d8, doubtful + i);
     });
 }
 
-void readings(const WarpedRow &row, std::uint16_t *HWY_RESTRICT millimetres,
-              std::uint16_t *HWY_RESTRICT classes) {
+int readings(const WarpedRow &row, std::uint16_t *HWY_RESTRICT millimetres,
+             std::uint8_t *HWY_RESTRICT edges) {
     const WarpedRow in = row; // a copy, which nothing written here can change
+    int found = 0;
     for_lanes(in.count, [&](auto d, int i) HWY_ATTR {
         const hn::RebindToSigned<decltype(d)> di;
         const hn::Rebind<std::uint16_t, decltype(d)> d16;
+        const hn::Rebind<std::uint8_t, decltype(d)> d8;
         const auto set = [&](float value) HWY_ATTR { return hn::Set(d, value); };
         const auto pixel = hn::LoadU(di, in.pixels + i);
         const auto z = hn::Mul(hn::ConvertTo(d, hn::ShiftRight<warped_depth_shift>(pixel)),
-                               set(1.0f / warped_units_per_m));
-        const auto u = hn::ConvertTo(d, hn::Iota(di, in.first_column + i));
+                               set(1000.0f / warped_units_per_m));
+        const auto u = ramp(d, in.first_column + i);
         const auto x = hn::Add(set(in.x0), hn::Mul(set(in.dx), u)), y = set(in.y);
         const auto bend = hn::Mul(set(in.shape[2]), hn::Add(hn::Mul(x, x), hn::Mul(y, y)));
         const auto tilt = hn::Mul(set(in.shape[0]), x);
         const auto scale =
             hn::Add(set(1.0f), hn::Add(tilt, hn::Add(hn::Mul(set(in.shape[1]), y), bend)));
-        const auto reading = hn::Div(z, scale);
-        const auto whole = hn::ConvertTo(di, hn::Add(hn::Mul(reading, set(1000.0f)), set(0.5f)));
-        const auto bin = hn::Min(hn::ConvertTo(di, hn::Mul(reading, set(1.0f / reading_bin_m))),
-                                 hn::Set(di, reading_bins - 1));
+        const auto whole = hn::ConvertTo(di, hn::Add(hn::Div(z, scale), set(0.5f)));
         const auto edge = hn::And(pixel, hn::Set(di, warped_edge_mask));
-        const auto found = hn::Add(hn::Mul(edge, hn::Set(di, reading_bins)), bin);
         hn::StoreU(hn::DemoteTo(d16, whole), d16, millimetres + i);
-        hn::StoreU(hn::DemoteTo(d16, found), d16, classes + i);
+        hn::StoreU(hn::DemoteTo(d8, edge), d8, edges + i);
+        found += static_cast<int>(hn::CountTrue(di, hn::Gt(pixel, hn::Zero(di))));
     });
+    return found;
+}
+
+bool draw(const MappedTile &tile, ImageView<const float> z, std::uint16_t *millimetres, int stride,
+          int *HWY_RESTRICT offsets) {
+    const hn::CappedTag<float, mapped_tile_px> d;
+    const hn::RebindToSigned<decltype(d)> di;
+    const hn::Rebind<std::uint16_t, decltype(d)> d16;
+    constexpr float part = 1.0f / mapped_tile_px;
+    const auto set = [&](float value) HWY_ATTR { return hn::Set(d, value); };
+    const MappedCorner &a = tile.corners[0], &b = tile.corners[1];
+    const MappedCorner &c = tile.corners[2], &e = tile.corners[3];
+    // The slope along both diagonals tells that along columns and rows of the surface.
+    const float u1 = e.u - a.u, v1 = e.v - a.v, z1 = e.z - a.z;
+    const float u2 = c.u - b.u, v2 = c.v - b.v, z2 = c.z - b.z;
+    const float area = u1 * v2 - u2 * v1, most = steepest * a.z;
+    const auto by_u = set(std::clamp((z1 * v2 - z2 * v1) / area, -most, most));
+    const auto by_v = set(std::clamp((u1 * z2 - u2 * z1) / area, -most, most));
+    const auto half = set(0.5f), zero = hn::Zero(d);
+    const auto zero_bits = hn::Zero(di);
+    const float *const depths = z.data();
+    const auto depth_stride = hn::Set(di, z.stride());
+    auto least = hn::Set(di, 0x7fffffff);
+    for (int row = 0; row < mapped_tile_px; ++row) {
+        const float down = part * static_cast<float>(row);
+        float first[4], step[4];
+        const auto between = [&](int k, float MappedCorner::*of) HWY_ATTR {
+            first[k] = a.*of + down * (c.*of - a.*of);
+            step[k] = part * (b.*of + down * (e.*of - b.*of) - first[k]);
+        };
+        between(0, &MappedCorner::u);
+        between(1, &MappedCorner::v);
+        between(2, &MappedCorner::scale);
+        between(3, &MappedCorner::shift);
+        for (int i = 0; i < mapped_tile_px; i += static_cast<int>(hn::Lanes(d))) {
+            const auto along = ramp(d, i);
+            const auto at = [&](int k) HWY_ATTR {
+                return hn::Add(set(first[k]), hn::Mul(along, set(step[k])));
+            };
+            const auto u = at(0), v = at(1);
+            const auto column = hn::ConvertTo(di, hn::Add(u, half));
+            const auto line = hn::ConvertTo(di, hn::Add(v, half));
+            const auto offset = hn::Add(hn::Mul(line, depth_stride), column);
+            const auto depth = hn::GatherIndex(d, depths, offset);
+            const auto rise = hn::Add(hn::Mul(by_u, hn::Sub(u, hn::ConvertTo(d, column))),
+                                      hn::Mul(by_v, hn::Sub(v, hn::ConvertTo(d, line))));
+            const auto reading =
+                hn::Add(hn::Mul(hn::Add(depth, rise), at(2)), hn::Add(at(3), half));
+            const auto bits = hn::BitCast(di, depth);
+            const auto there = hn::RebindMask(d, hn::Gt(bits, zero_bits));
+            const auto whole = hn::ConvertTo(di, hn::IfThenElse(there, reading, zero));
+            least = hn::Min(least, bits);
+            hn::StoreU(hn::DemoteTo(d16, whole), d16, millimetres + row * stride + i);
+            hn::StoreU(offset, di, offsets + row * mapped_tile_px + i);
+        }
+    }
+    return hn::GetLane(hn::MinOfLanes(di, least)) > 0;
 }
 
 } // namespace
@@ -180,6 +251,7 @@ namespace {
 HWY_EXPORT(project);
 HWY_EXPORT(doubt);
 HWY_EXPORT(readings);
+HWY_EXPORT(draw);
 
 } // namespace
 
@@ -189,13 +261,17 @@ void project_points(const PointRow &points, const RowProjection &projection,
     HWY_DYNAMIC_DISPATCH(project)(points, projection, motion, limits, offsets, values);
 }
 
-void find_doubtful(const ScatteredRows &scattered, const std::uint16_t *taken, WarpedPixel *out,
-                   std::uint8_t *doubtful) {
-    HWY_DYNAMIC_DISPATCH(doubt)(scattered, taken, out, doubtful);
+void find_doubtful(const ScatteredRows &scattered, WarpedPixel *out, std::uint8_t *doubtful) {
+    HWY_DYNAMIC_DISPATCH(doubt)(scattered, out, doubtful);
 }
 
-void find_readings(const WarpedRow &row, std::uint16_t *millimetres, std::uint16_t *classes) {
-    HWY_DYNAMIC_DISPATCH(readings)(row, millimetres, classes);
+int find_readings(const WarpedRow &row, std::uint16_t *millimetres, std::uint8_t *edge_distance) {
+    return HWY_DYNAMIC_DISPATCH(readings)(row, millimetres, edge_distance);
+}
+
+bool draw_mapped(const MappedTile &tile, ImageView<const float> z, std::uint16_t *millimetres,
+                 int stride, int *offsets) {
+    return HWY_DYNAMIC_DISPATCH(draw)(tile, z, millimetres, stride, offsets);
 }
 
 } // namespace afterglow

@@ -1,13 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/keyframe/warp.hpp"
+#include "core/base/image.hpp"
 
 #include <Eigen/Core>
 
 #include <cstdint>
 
 namespace afterglow {
+
+/// One pixel of a warped map; 0 = nothing. The high 19 bits below the sign are the depth in 1/16
+/// mm, so that integer order is depth order; under them the edge distance.
+using WarpedPixel = std::int32_t;
+constexpr float warped_units_per_m = 16000.0f;
+constexpr int warped_depth_shift = 12;
+/// The most that sensor.farthest_m may be: with the move to the pixel's centre it must fit 19 bits.
+constexpr float warped_farthest_m = 30.0f;
+constexpr WarpedPixel warped_edge_mask = 7;
+/// A pixel of the scattered map on which no point has landed.
+constexpr WarpedPixel nothing_landed = 0x7fffffff;
+
+inline float warped_z(WarpedPixel p) {
+    return static_cast<float>(p >> warped_depth_shift) * (1.0f / warped_units_per_m);
+}
 
 /// Points of one row: depths in metres, 0 = none, of the row and of those above and below.
 struct PointRow {
@@ -55,9 +70,8 @@ struct ScatteredRows {
 };
 
 /// Copies the row to `out`, 0 where nothing landed, and sets `doubtful` to 1 where it may have a
-/// crack, else 0. Pixels of which `taken` is not 0 have none.
-void find_doubtful(const ScatteredRows &scattered, const std::uint16_t *taken, WarpedPixel *out,
-                   std::uint8_t *doubtful);
+/// crack, else 0.
+void find_doubtful(const ScatteredRows &scattered, WarpedPixel *out, std::uint8_t *doubtful);
 
 /// Pixels of a row of a warped map, and what takes their depths to readings: those are the depths
 /// by 1 + shape . (x, y, x^2 + y^2), DepthCorrection's, at x = x0 + dx u.
@@ -67,12 +81,29 @@ struct WarpedRow {
     float x0, dx, y;
     Eigen::Vector3f shape;
 };
-/// Bins of readings are so long, metres, and as many; the last one has what is farther, too.
-constexpr float reading_bin_m = 0.1f;
-constexpr int reading_bins = 128;
 
-/// The reading of each pixel, millimetres, and its class: the edge distance times reading_bins, and
-/// the bin. Those of empty pixels mean nothing. Real-time safe.
-void find_readings(const WarpedRow &row, std::uint16_t *millimetres, std::uint16_t *classes);
+/// The reading of each pixel, millimetres, and its edge distance; both 0 where it is empty. Returns
+/// how many are not. Real-time safe.
+int find_readings(const WarpedRow &row, std::uint16_t *millimetres, std::uint8_t *edge_distance);
+
+/// Square tiles that are drawn at once.
+constexpr int mapped_tile_px = 16;
+
+/// What is seen at a corner of a tile: the pixel (u, v) of a surface, whose depth there is z,
+/// metres. A point of that pixel with another depth z' reads scale z' + shift, millimetres.
+struct MappedCorner {
+    float u = 0, v = 0, z = 0, scale = 0, shift = 0;
+};
+/// Corners at the first pixels of a tile and of the next ones: at the left and right, then below.
+struct MappedTile {
+    MappedCorner corners[4];
+};
+
+/// Draws a tile of readings, millimetres: between the corners all is bilinear; the depth is that of
+/// the nearest pixel of the surface `z` (metres, 0 = none), moved along the slope of the corners'.
+/// `offsets`: of those pixels, mapped_tile_px^2. False, if some pixel has no depth (then 0).
+/// Real-time safe.
+bool draw_mapped(const MappedTile &tile, ImageView<const float> z, std::uint16_t *millimetres,
+                 int stride, int *offsets);
 
 } // namespace afterglow

@@ -79,6 +79,7 @@ private:
         now_ = (fit.pose * newest.depth_from_world).normalized();
         composer_.compose(keyframes_, 0, now_, Alignment{}, Twist::Zero(),
                           camera_.width * camera_.height);
+        composer_.judge({});
         return true;
     }
 

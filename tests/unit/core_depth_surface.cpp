@@ -158,18 +158,6 @@ TEST_CASE("the depth surface finds out how noisy its map is", "[core]") {
     CHECK(surface.noise().sigma(2) == Approx(expected).epsilon(0.25));
 }
 
-TEST_CASE("depth surface tiles hold their nearest and farthest depth", "[core]") {
-    DepthMap map = step();
-    for (int v = 0; v < DepthSurface::tile_height; ++v)
-        for (int u = DepthSurface::tile_width; u < camera.width; ++u)
-            map(u, v) = 0;
-    const DepthSurface surface = surface_of(map);
-    CHECK(surface.tiles()(0, 0).nearest == Approx(1));
-    CHECK(surface.tiles()(0, 0).farthest == Approx(2));
-    CHECK(surface.tiles()(1, 0).farthest == 0.0f);
-    CHECK(surface.tiles()(1, 1).nearest == Approx(2));
-}
-
 TEST_CASE("the depth surface is identical for any number of workers", "[core]") {
     const DepthSurface one = surface_of(step()), three = surface_of(step(), {}, {}, 3);
     for (int v = 0; v < camera.height; ++v)

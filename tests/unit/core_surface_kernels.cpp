@@ -3,7 +3,6 @@
 // those that kernels get wrong.
 #include "core/keyframe/self_calibration.hpp"
 #include "core/keyframe/surface_kernels.hpp"
-#include "core/keyframe/warp_kernels.hpp"
 #include "tests/catch.hpp"
 
 #include <algorithm>
@@ -127,81 +126,4 @@ TEST_CASE("a distance is at most one more than the next row's") {
     std::vector<std::uint8_t> values(next.size(), std::uint8_t{7});
     grow_from_row(next.data(), static_cast<int>(next.size()), values.data());
     CHECK(values == std::vector<std::uint8_t>{1, 2, 7, 7, 7, 4, 3, 2, 2, 2, 2, 2, 2, 2, 2, 2, 7});
-}
-
-TEST_CASE("readings and classes of warped pixels are found in vectors as one by one") {
-    std::mt19937 random(4);
-    std::uniform_real_distribution<float> any(0.0f, warped_farthest_m);
-    std::uniform_int_distribution<int> edge(0, warped_edge_mask);
-    for (const bool corrected : {false, true}) {
-        DepthCorrection correction;
-        if (corrected)
-            correction.shape = {-0.02f, 0.01f, 0.03f};
-        std::vector<WarpedPixel> pixels{0, warped_edge_mask};
-        while (pixels.size() < 61)
-            pixels.push_back(
-                (static_cast<WarpedPixel>(any(random) * warped_units_per_m) << warped_depth_shift) |
-                edge(random));
-        const auto count = static_cast<int>(pixels.size());
-        const WarpedRow row = {pixels.data(), 17, count, -0.6f, 0.002f, -0.2f, correction.shape};
-        std::vector<std::uint16_t> millimetres(pixels.size()), classes(pixels.size());
-        find_readings(row, millimetres.data(), classes.data());
-        for (std::size_t i = 0; i < pixels.size(); ++i) {
-            const float x =
-                row.x0 + row.dx * static_cast<float>(row.first_column + static_cast<int>(i));
-            const float reading = warped_z(pixels[i]) / correction.scale(x, row.y);
-            const int bin =
-                std::min(static_cast<int>(reading * (1.0f / reading_bin_m)), reading_bins - 1);
-            CAPTURE(corrected, i, reading);
-            // What the compiler makes of the correction's sum may differ in the last bit.
-            CHECK(std::abs(millimetres[i] - static_cast<int>(reading * 1000.0f + 0.5f)) <=
-                  (corrected ? 1 : 0));
-            if (!corrected)
-                CHECK(classes[i] == (pixels[i] & warped_edge_mask) * reading_bins + bin);
-        }
-    }
-}
-
-TEST_CASE("points land where they are projected to, and nowhere else") {
-    std::mt19937 random(5);
-    constexpr int width = 40, height = 30, count = 40;
-    const RowMotion still = {Eigen::Matrix3f::Zero(), Eigen::Vector3f::Zero(), 0, 0, false};
-    const LandingLimits limits = {0.1f, 12.0f, width, height, 2, 0, width};
-    std::uniform_real_distribution<float> shift(-30.0f, 30.0f), along(-1.5f, 1.5f);
-    std::uniform_int_distribution<int> edge(0, 7);
-    for (int round = 0; round < 200; ++round) {
-        const auto padded = depths(random, count + 2);
-        const auto above = depths(random, count), below = depths(random, count);
-        std::vector<std::uint8_t> edges;
-        for (int i = 0; i < count; ++i)
-            edges.push_back(static_cast<std::uint8_t>(edge(random)));
-        const RowProjection by = {{1.0f, along(random) * 0.1f, along(random) * 0.01f},
-                                  {shift(random), shift(random), along(random)},
-                                  {shift(random) * 0.1f, shift(random) * 0.1f, along(random)}};
-        std::vector<int> offsets(count);
-        std::vector<WarpedPixel> values(count);
-        project_points({padded.data(), above.data(), below.data(), edges.data(), 0, count}, by,
-                       still, limits, offsets.data(), values.data());
-        for (int u = 0; u < count; ++u) {
-            const auto i = static_cast<std::size_t>(u);
-            const float z = padded[i + 1];
-            const auto along_axis = [&](int k) {
-                return z * (by.by_column[k] * static_cast<float>(u) + by.origin[k]) + by.shift[k];
-            };
-            const float depth = along_axis(2), x = along_axis(0) / depth + 0.5f,
-                        y = along_axis(1) / depth + 0.5f;
-            // A division may be off by a few units in the last place.
-            const auto close = [](float a, float b) { return std::abs(a - b) < 1e-4f; };
-            if (close(x, 0) || close(x, width) || close(y, 0) || close(y, height) ||
-                close(x, std::round(x)) || close(y, std::round(y)))
-                continue;
-            const bool lands = z != 0.0f && edges[i] >= limits.least_edge_distance &&
-                               depth > limits.nearest && depth < limits.farthest && x >= 0 &&
-                               x < width && y >= 0 && y < height;
-            CAPTURE(round, u, z, depth, x, y);
-            REQUIRE((values[i] != nothing_landed) == lands);
-            if (lands)
-                REQUIRE(offsets[i] == static_cast<int>(y) * width + static_cast<int>(x));
-        }
-    }
 }

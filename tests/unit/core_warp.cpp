@@ -18,28 +18,32 @@ SurfaceOptions as_measured() {
     return options;
 }
 
-/// Warps a map, millimetres, into an empty view.
+/// Warps a map, millimetres.
 struct Carried {
     explicit Carried(const DepthMap &map, const Pose &pose, int workers = 1,
-                     const WarpOptions &options = {}, const DepthMap *taken = nullptr,
-                     const RollingShutter &shutter = {})
-        : depth(camera.width, camera.height) {
+                     const WarpOptions &options = {}, const RollingShutter &shutter = {})
+        : millimetres(camera.width, camera.height, 9), edges(camera.width, camera.height, 9),
+          depth(camera.width, camera.height) {
         WorkerPool pool(workers);
         DepthSurface surface(camera, as_measured());
         surface.build(map, pool);
-        const DepthMap empty(camera.width, camera.height);
         Warp warp(camera, camera, options);
-        warp.run(surface, pose, taken ? *taken : empty, pool, shutter);
-        for (int v = 0; v < camera.height; ++v)
-            warp.open().for_each_run(v, [&](int begin, int end) {
-                for (int u = begin; u < end; ++u) {
-                    depth(u, v) = warped_z(warp.result()(u, v));
-                    cracks += (warp.result()(u, v) & warped_crack) != 0;
-                }
-            });
+        drawn = warp.run(surface, pose, pool, millimetres, edges, {}, shutter);
+        for (std::size_t i = 0; i < depth.pixels().size(); ++i)
+            depth.pixels()[i] = 0.001f * static_cast<float>(millimetres.pixels()[i]);
     }
+    /// Pixels without depth, but for `border` at all sides.
+    int holes(int border) const {
+        int count = 0;
+        for (int v = border; v < camera.height - border; ++v)
+            for (int u = border; u < camera.width - border; ++u)
+                count += millimetres(u, v) == 0;
+        return count;
+    }
+    DepthMap millimetres;
+    Image<std::uint8_t> edges;
     Image<float> depth; ///< metres, 0 = none
-    int cracks = 0;
+    int drawn = 0;
 };
 
 DepthMap wall(std::uint16_t mm) {
@@ -77,7 +81,7 @@ TEST_CASE("warping a map by the identity leaves it unchanged", "[core]") {
     const Carried carried(map, Pose::identity(), 1, options);
     for (int v = 0; v < camera.height; ++v)
         for (int u = 0; u < camera.width; ++u)
-            REQUIRE(carried.depth(u, v) == Approx(0.001 * map(u, v)).margin(1e-4));
+            REQUIRE(carried.depth(u, v) == Approx(0.001 * map(u, v)).margin(1e-6));
 }
 
 TEST_CASE("warping moves a point to its projection and its new depth", "[core]") {
@@ -99,7 +103,7 @@ TEST_CASE("warping moves a point to its projection and its new depth", "[core]")
             const Eigen::Vector2i at = p.array().floor().cast<int>();
             if (!carried.depth.view().contains(at.x(), at.y()))
                 continue;
-            REQUIRE(carried.depth(at.x(), at.y()) == Approx(X.z()).margin(1e-4));
+            REQUIRE(carried.depth(at.x(), at.y()) == Approx(X.z()).margin(6e-4));
             ++landed;
         }
     CHECK(landed > 150);
@@ -112,7 +116,7 @@ TEST_CASE("each row of a view that is read slowly shows its own time", "[core]")
     for (int v = 4; v < camera.height; v += 9)
         for (int u = 4; u < camera.width; u += 9)
             map(u, v) = static_cast<std::uint16_t>(1000 + 10 * u + v);
-    const Carried carried(map, Pose::identity(), 1, all_carried(), nullptr, {.motion = motion});
+    const Carried carried(map, Pose::identity(), 1, all_carried(), {.motion = motion});
     int landed = 0, elsewhere = 0;
     for (int v = 4; v < camera.height; v += 9)
         for (int u = 4; u < camera.width; u += 9) {
@@ -126,7 +130,7 @@ TEST_CASE("each row of a view that is read slowly shows its own time", "[core]")
             const Eigen::Vector2i at = p.array().floor().cast<int>();
             if (!carried.depth.view().contains(at.x(), at.y()))
                 continue;
-            REQUIRE(carried.depth(at.x(), at.y()) == Approx(Y.z()).margin(1e-4));
+            REQUIRE(carried.depth(at.x(), at.y()) == Approx(Y.z()).margin(6e-4));
             ++landed;
             elsewhere += at != Eigen::Vector2i(u, v);
         }
@@ -177,22 +181,64 @@ TEST_CASE("warping leaves disocclusions empty and does not widen silhouettes", "
 
 TEST_CASE("warping fills the cracks of an approaching surface", "[core]") {
     const Pose nearer = shifted(0, 0, -0.4); // 2 m to 1.6 m: one pixel in five is missed
+    DepthMap pierced = wall(2000);           // so that its points are carried one by one
+    for (int v = 3; v < camera.height; v += 8)
+        for (int u = 3; u < camera.width; u += 8)
+            pierced(u, v) = 0;
     WarpOptions torn;
     torn.crack_px = 0;
-    const auto holes = [](const Carried &carried) {
-        int count = 0;
-        for (int v = 10; v < camera.height - 10; ++v)
-            for (int u = 10; u < camera.width - 10; ++u)
-                count += carried.depth(u, v) == 0.0f;
-        return count;
-    };
-    const Carried left(wall(2000), nearer, 1, torn), filled(wall(2000), nearer);
-    CHECK(left.cracks == 0);
-    CHECK(holes(left) > 2000);
-    CHECK(filled.cracks > 2000);
-    CHECK(holes(filled) == 0);
-    for (const float z : filled.depth.pixels())
-        REQUIRE((z == 0.0f || std::abs(z - 1.6f) < 1e-3f));
+    const Carried left(pierced, nearer, 1, torn), filled(pierced, nearer);
+    CHECK(left.holes(10) > 2000);
+    CHECK(filled.holes(10) == 0);
+    for (const std::uint16_t mm : filled.millimetres.pixels())
+        REQUIRE((mm == 0 || mm == 1600));
+}
+
+TEST_CASE("a smooth surface has no cracks", "[core]") {
+    WarpOptions torn;
+    torn.crack_px = 0;
+    const Carried carried(wall(2000), shifted(0, 0, -0.4), 1, torn);
+    // Tiles at the border are not all of the surface.
+    CHECK(carried.holes(TileMapping::tile_px) == 0);
+    for (const std::uint16_t mm : carried.millimetres.pixels())
+        REQUIRE((mm == 0 || mm == 1600));
+}
+
+TEST_CASE("a smooth surface is drawn where and as far as it is", "[core]") {
+    // A plane n . X = 1 that leans to two sides, seen from elsewhere.
+    const Eigen::Vector3d n = Eigen::Vector3d(0.15, -0.1, 1) / 2.0;
+    const Pose pose{rotation({0.03, -0.04, 0.2}), {0.06, -0.05, 0.1}};
+    DepthMap map = wall(0);
+    for (int v = 0; v < camera.height; ++v)
+        for (int u = 0; u < camera.width; ++u)
+            map(u, v) =
+                static_cast<std::uint16_t>(1000 / n.dot(camera.back_project(u, v, 1)) + 0.5);
+    const Eigen::Vector3d turned = pose.R * n;
+    const Eigen::Vector3d there = turned / (1 + turned.dot(pose.T));
+    for (const bool rolling : {false, true}) {
+        RollingShutter shutter;
+        if (rolling)
+            shutter.motion << 0, 0, 0.02, 0, 0, 0; // the last row is 2 cm nearer than the first
+        const Carried carried(map, pose, 1, {}, shutter);
+        int compared = 0;
+        double sum = 0;
+        for (int v = 20; v < camera.height - 20; ++v)
+            for (int u = 30; u < camera.width - 30; ++u) {
+                if (carried.depth(u, v) == 0.0f)
+                    continue;
+                const double part = rolling ? (v - (camera.height - 1) / 2.0) / camera.height : 0;
+                const Eigen::Vector3d moved = part * Eigen::Vector3d(0, 0, 0.02);
+                const Eigen::Vector3d now = there / (1 + there.dot(moved));
+                const double expected = 1 / now.dot(camera.back_project(u, v, 1));
+                const double error = std::abs(carried.depth(u, v) - expected) / expected;
+                CAPTURE(u, v, expected);
+                REQUIRE(error < 0.003);
+                sum += error;
+                ++compared;
+            }
+        CHECK(compared > 4000);
+        CHECK(sum / compared < 0.0006); // of 1 mm readings
+    }
 }
 
 TEST_CASE("warping shows no far surface through the cracks of a near one", "[core]") {
@@ -206,32 +252,12 @@ TEST_CASE("warping shows no far surface through the cracks of a near one", "[cor
 TEST_CASE("warping is identical for any number of workers", "[core]") {
     const Pose pose{rotation({0.02, 0.1, 0.05}), {0.1, -0.05, -0.2}};
     const Carried one(wall_and_plate(), pose);
-    for (const int workers : {2, 3, 7})
-        CHECK(Carried(wall_and_plate(), pose, workers).depth == one.depth);
-}
-
-TEST_CASE("warping into a partly filled map gives the same depth in its empty pixels", "[core]") {
-    const Pose pose{rotation({0.02, 0.1, 0.05}), {0.1, -0.05, -0.2}};
-    std::mt19937 random(7);
-    DepthMap taken(camera.width, camera.height);
-    // Whole regions, so that whole tiles of the surface are left out.
-    for (int n = 0; n < 12; ++n) {
-        const int u0 = static_cast<int>(random() % 120), v0 = static_cast<int>(random() % 80);
-        for (int v = v0; v < std::min(v0 + 50, camera.height); ++v)
-            for (int u = u0; u < std::min(u0 + 60, camera.width); ++u)
-                taken(u, v) = 1;
+    for (const int workers : {2, 3, 7}) {
+        const Carried several(wall_and_plate(), pose, workers);
+        CHECK(several.millimetres == one.millimetres);
+        CHECK(several.edges == one.edges);
+        CHECK(several.drawn == one.drawn);
     }
-    const Carried whole(wall_and_plate(), pose);
-    const Carried part(wall_and_plate(), pose, 1, {}, &taken);
-    int compared = 0;
-    for (int v = 0; v < camera.height; ++v)
-        for (int u = 0; u < camera.width; ++u) {
-            if (taken(u, v) != 0)
-                continue;
-            REQUIRE(part.depth(u, v) == whole.depth(u, v));
-            ++compared;
-        }
-    CHECK(compared > 200);
 }
 
 TEST_CASE("warping draws nothing from behind the camera, out of view or by an invalid pose",
@@ -240,7 +266,25 @@ TEST_CASE("warping draws nothing from behind the camera, out of view or by an in
     for (const Pose &pose : {shifted(0, 0, -3), shifted(100, 0, 0), shifted(nan, 0, 0),
                              shifted(0, 0, 1e9), Pose{Eigen::Matrix3d::Constant(nan), {0, 0, 0}}}) {
         const Carried carried(wall(2000), pose);
+        CHECK(carried.drawn == 0);
         for (const float z : carried.depth.pixels())
             REQUIRE(z == 0.0f);
+        for (const std::uint8_t edge : carried.edges.pixels())
+            REQUIRE(edge == 0);
     }
+}
+
+TEST_CASE("what is drawn of a surface tells its distance from the next edge", "[core]") {
+    const Carried carried(wall_and_plate(), shifted(0.02, 0, 0));
+    int counted = 0;
+    for (int v = 0; v < camera.height; ++v)
+        for (int u = 0; u < camera.width; ++u) {
+            REQUIRE((carried.edges(u, v) == 0) == (carried.millimetres(u, v) == 0));
+            counted += carried.millimetres(u, v) != 0;
+        }
+    CHECK(carried.drawn == counted);
+    // The plate is seen from column 53 to 92; its own edge is not carried.
+    CHECK(carried.edges(54, 50) == 2);
+    CHECK(carried.edges(57, 50) == 5);
+    CHECK(carried.edges(70, 50) == DepthSurface::far_from_edge);
 }

@@ -27,11 +27,12 @@ void warp(benchmark::State &state, const Tour &tour) {
             const Intrinsics &camera = stop.frames.camera;
             DepthSurface surface(camera, options.surface);
             Warp warp(camera, camera, options.warp);
-            const DepthMap empty(camera.width, camera.height);
+            DepthMap carried(camera.width, camera.height);
+            Image<std::uint8_t> edges(camera.width, camera.height);
             state.ResumeTiming();
             for (std::size_t k = 0; k < stop.size(); ++k) {
                 if (Stop::keyframe_of(k) != k) {
-                    warp.run(surface, stop.poses[k], empty, pool);
+                    warp.run(surface, stop.poses[k], pool, carried, edges);
                     continue;
                 }
                 state.PauseTiming();

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/base/camera.hpp"
+#include "core/base/rigid_motion.hpp"
+#include "core/keyframe/warp_kernels.hpp"
+
+namespace afterglow {
+
+/// What rows that are read one after the other do to a warp.
+struct RollingShutter {
+    /// The rows of the surface turn against those of the view, as of Placement::skew, radians.
+    Eigen::Vector3f skew = Eigen::Vector3f::Zero();
+    /// Motion (v, w) of the scene, the view's frame, while the view is read from the first row to
+    /// the last; the pose is that of its middle row. For a surface that was measured all at once.
+    Twist motion = Twist::Zero();
+};
+
+/// Where a surface's points are seen in a view. Real-time safe.
+class SurfaceProjection {
+public:
+    /// `pose` takes points of the frame of the camera `from`, which has measured the surface, to
+    /// that of the view's camera `to`.
+    SurfaceProjection(const Intrinsics &from, const Intrinsics &to, const Pose &pose,
+                      const RollingShutter &shutter);
+
+    /// Of the points of row v.
+    RowProjection row(int v) const;
+    /// What happens while the view is read.
+    const RowMotion &while_read() const { return motion_; }
+
+    /// A point on a ray: its homogeneous pixel is z * ray + shift, the third of which is its depth
+    /// in the view, metres.
+    struct Line {
+        Eigen::Vector3f ray, shift;
+        /// Pixel and depth of the point at depth z.
+        Eigen::Vector3f seen(float z) const {
+            const Eigen::Vector3f h = z * ray + shift;
+            const float inverse = 1 / h.z();
+            return {h.x() * inverse, h.y() * inverse, h.z()};
+        }
+    };
+    /// The points of pixel (u, v) of the surface, without what happens while the view is read.
+    Line line(float u, float v) const;
+    /// The same, with what has happened when row `view_row` is read.
+    Line line(float u, float v, float view_row) const;
+    /// Where pixel (u, v) of the surface with depth z, metres, is seen: pixel and depth.
+    Eigen::Vector3f operator()(float u, float v, float z) const;
+    /// By how much the pixel at which a point with depth z is seen moves with the surface's pixel.
+    /// `seen`: where it is seen, and its depth there.
+    Eigen::Matrix2f jacobian(const Eigen::Vector3f &seen, float z) const;
+
+private:
+    Eigen::Matrix3f turn_;      ///< takes homogeneous pixels of the surface to those of the view
+    Eigen::Matrix3f turn_skew_; ///< is added to it from the middle row to the last, twice
+    Eigen::Vector3f shift_;
+    RowMotion motion_;
+    float rows_;
+    bool skewed_;
+};
+
+} // namespace afterglow

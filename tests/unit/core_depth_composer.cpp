@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/keyframe/depth_composer.hpp"
+#include "tests/catch.hpp"
+#include "tests/film.hpp"
+
+#include <cmath>
+
+using namespace afterglow;
+using namespace afterglow::testing;
+
+namespace {
+
+/// The map of a room, drawn by a composer.
+struct Drawn {
+    Drawn()
+        : film(film_room(200, 150, 1)), pool(2), composer(Views(film.camera), options, pool),
+          keyframes(2, Views(film.camera), options.surface, options.alignment_template) {
+        Keyframe &keyframe = keyframes.push(Pose::identity());
+        keyframe.surface.build(film.depth[0], pool);
+        alignment.covariance.diagonal().setConstant(1e-6f);
+    }
+    void compose(const Pose &now, const Twist &while_read = Twist::Zero()) {
+        composer.compose(keyframes, 0, now, alignment, while_read,
+                         film.camera.width * film.camera.height);
+    }
+    /// A shift that moves what is 2 m ahead by so many pixels.
+    Pose shifted(double px) const {
+        return {Eigen::Matrix3d::Identity(), {2 * px / film.camera.fx, 0, 0}};
+    }
+
+    Film film;
+    KeyframeOptions options;
+    WorkerPool pool;
+    DepthComposer composer;
+    KeyframeSet keyframes;
+    Alignment alignment;
+};
+
+} // namespace
+
+TEST_CASE("the confidence of a composed map is what its depth and edges deserve", "[core]") {
+    Drawn drawn;
+    const Pose now = drawn.shifted(9);
+    drawn.compose(now);
+    constexpr float error_scale = 1.3f;
+    drawn.composer.judge({.error_scale = error_scale});
+
+    const Keyframe &keyframe = drawn.keyframes[0];
+    Warp warp(drawn.film.camera, drawn.film.camera, drawn.options.warp);
+    DepthMap depth(drawn.film.camera.width, drawn.film.camera.height);
+    Image<std::uint8_t> edges(depth.width(), depth.height());
+    const int covered = warp.run(keyframe.surface, now, drawn.pool, depth, edges);
+    const MapError error = map_error(keyframe.surface, Views(drawn.film.camera), now,
+                                     drawn.alignment.covariance, drawn.options.error);
+    CHECK(drawn.composer.depth() == depth);
+    CHECK(drawn.composer.covered() == covered);
+    double sum = 0;
+    int other = 0; // a run of pixels may have the confidence of its ends
+    for (int v = 0; v < depth.height(); ++v)
+        for (int u = 0; u < depth.width(); ++u) {
+            std::uint8_t expected = no_confidence;
+            if (edges(u, v) != 0) {
+                const float z = 0.1f * (static_cast<float>(depth(u, v) / 100) + 0.5f);
+                expected = estimated_confidence(
+                    error_scale * pixel_error(error, keyframe.surface.noise(),
+                                              drawn.options.error.shared_noise, z, edges(u, v)));
+                sum += expected_error(expected);
+            }
+            CAPTURE(u, v);
+            REQUIRE(std::abs(drawn.composer.confidence()(u, v) - expected) <= 1);
+            REQUIRE((drawn.composer.confidence()(u, v) == 0) == (expected == 0));
+            other += drawn.composer.confidence()(u, v) != expected;
+        }
+    CHECK(other < covered / 100);
+    CHECK(drawn.composer.expected_mre() == Approx(100 * sum / covered).epsilon(1e-3));
+}
+
+TEST_CASE("doubts about a cell lower the confidence of its pixels alone", "[core]") {
+    Drawn drawn;
+    drawn.compose(drawn.shifted(9));
+    drawn.composer.judge({});
+    const Image<std::uint8_t> before = drawn.composer.confidence();
+    const float mre = drawn.composer.expected_mre();
+
+    LocalErrors local(drawn.film.camera);
+    Image<ComparedErrors> compared(MotionMask::cells(drawn.film.camera.width),
+                                   MotionMask::cells(drawn.film.camera.height));
+    local.predict(drawn.composer.depth(), Pose::identity(), 1);
+    compared(2, 1) = {.true_sum = 100, .expected_sum = 0, .pixels = 1000};
+    local.learn(compared, 1);
+    local.predict(drawn.composer.depth(), Pose::identity(), 1);
+    const float added = local.expected()(2, 1);
+    REQUIRE(added > 0.01f);
+    drawn.composer.judge({.local = &local});
+    for (int v = 0; v < before.height(); ++v)
+        for (int u = 0; u < before.width(); ++u) {
+            const bool inside =
+                u / MotionMask::cell_px == 2 && v / MotionMask::cell_px == 1 && before(u, v) != 0;
+            const std::uint8_t expected =
+                inside ? estimated_confidence(std::hypot(expected_error(before(u, v)), added))
+                       : before(u, v);
+            CAPTURE(u, v);
+            REQUIRE(int{drawn.composer.confidence()(u, v)} == int{expected});
+        }
+    CHECK(drawn.composer.expected_mre() > mre);
+}
+
+TEST_CASE("a map is drawn anew when it would look otherwise, and only then", "[core]") {
+    Drawn drawn;
+    drawn.compose(drawn.shifted(3));
+    CHECK(drawn.composer.drawn_anew());
+    const DepthMap first = drawn.composer.depth();
+
+    drawn.compose(drawn.shifted(3.02));
+    CHECK_FALSE(drawn.composer.drawn_anew());
+    CHECK(drawn.composer.depth() == first);
+    drawn.compose(drawn.shifted(3.5));
+    CHECK(drawn.composer.drawn_anew());
+    CHECK(drawn.composer.depth() != first);
+
+    SECTION("by small steps") {
+        int anew = 0;
+        for (int k = 0; k < 50; ++k) {
+            drawn.compose(drawn.shifted(3.5 + 0.02 * k)); // a pixel in all
+            anew += drawn.composer.drawn_anew();
+        }
+        CHECK(anew > 5);
+        CHECK(anew < 40);
+    }
+    SECTION("along the axis, where no pixel in the middle moves") {
+        Pose nearer = drawn.shifted(3.5);
+        nearer.T.z() -= 0.01;
+        drawn.compose(nearer);
+        CHECK(drawn.composer.drawn_anew());
+    }
+    SECTION("when a measured map was laid over it") {
+        drawn.composer.overlay(drawn.film.depth[0]);
+        drawn.compose(drawn.shifted(3.5));
+        CHECK(drawn.composer.drawn_anew());
+        CHECK(drawn.composer.depth() != drawn.film.depth[0]);
+    }
+    SECTION("when it was emptied") {
+        drawn.composer.clear();
+        drawn.compose(drawn.shifted(3.5));
+        CHECK(drawn.composer.drawn_anew());
+        CHECK(drawn.composer.covered() > 0);
+    }
+    SECTION("of another keyframe") {
+        Keyframe &newest = drawn.keyframes.push(Pose::identity());
+        newest.surface.build(drawn.film.depth[0], drawn.pool);
+        newest.t_ns = 1;
+        drawn.compose(drawn.shifted(3.5));
+        CHECK(drawn.composer.drawn_anew());
+    }
+}

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+// Kernels of the warp against the scalar code that they stand for.
+#include "core/keyframe/self_calibration.hpp"
+#include "core/keyframe/warp_kernels.hpp"
+#include "tests/catch.hpp"
+
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <random>
+#include <vector>
+
+using namespace afterglow;
+
+namespace {
+
+/// Depths with steps and holes, metres.
+std::vector<float> broken_depths(std::mt19937 &random, std::size_t count) {
+    std::uniform_real_distribution<float> any(0.5f, 4.0f);
+    std::vector<float> z;
+    for (std::size_t i = 0; i < count; ++i)
+        z.push_back(random() % 7 == 0 ? 0.0f : any(random));
+    return z;
+}
+
+} // namespace
+
+TEST_CASE("readings of warped pixels are found in vectors as one by one") {
+    std::mt19937 random(4);
+    std::uniform_real_distribution<float> any(0.0f, warped_farthest_m);
+    std::uniform_int_distribution<int> edge(0, warped_edge_mask);
+    for (const bool corrected : {false, true}) {
+        DepthCorrection correction;
+        if (corrected)
+            correction.shape = {-0.02f, 0.01f, 0.03f};
+        std::vector<WarpedPixel> pixels{0, warped_edge_mask};
+        while (pixels.size() < 61)
+            pixels.push_back(
+                (static_cast<WarpedPixel>(any(random) * warped_units_per_m) << warped_depth_shift) |
+                edge(random));
+        const auto count = static_cast<int>(pixels.size());
+        const WarpedRow row = {pixels.data(), 17, count, -0.6f, 0.002f, -0.2f, correction.shape};
+        std::vector<std::uint16_t> millimetres(pixels.size());
+        std::vector<std::uint8_t> edges(pixels.size(), 99);
+        const int found = find_readings(row, millimetres.data(), edges.data());
+        CHECK(found == count - 1);
+        for (std::size_t i = 0; i < pixels.size(); ++i) {
+            const float x =
+                row.x0 + row.dx * static_cast<float>(row.first_column + static_cast<int>(i));
+            const float reading = warped_z(pixels[i]) / correction.scale(x, row.y);
+            CAPTURE(corrected, i, reading);
+            // What the compiler makes of the correction's sum may differ in the last bit.
+            CHECK(std::abs(millimetres[i] - static_cast<int>(reading * 1000.0f + 0.5f)) <=
+                  (corrected ? 1 : 0));
+            CHECK(edges[i] == (pixels[i] & warped_edge_mask));
+        }
+    }
+}
+
+TEST_CASE("points land where they are projected to, and nowhere else") {
+    std::mt19937 random(5);
+    constexpr int width = 40, height = 30, count = 40;
+    const RowMotion still = {Eigen::Matrix3f::Zero(), Eigen::Vector3f::Zero(), 0, 0, false};
+    const LandingLimits limits = {0.1f, 12.0f, width, height, 2, 0, width};
+    std::uniform_real_distribution<float> shift(-30.0f, 30.0f), along(-1.5f, 1.5f);
+    std::uniform_int_distribution<int> edge(0, 7);
+    for (int round = 0; round < 200; ++round) {
+        const auto padded = broken_depths(random, count + 2);
+        const auto above = broken_depths(random, count), below = broken_depths(random, count);
+        std::vector<std::uint8_t> edges;
+        for (int i = 0; i < count; ++i)
+            edges.push_back(static_cast<std::uint8_t>(edge(random)));
+        const RowProjection by = {{1.0f, along(random) * 0.1f, along(random) * 0.01f},
+                                  {shift(random), shift(random), along(random)},
+                                  {shift(random) * 0.1f, shift(random) * 0.1f, along(random)}};
+        std::vector<int> offsets(count);
+        std::vector<WarpedPixel> values(count);
+        project_points({padded.data(), above.data(), below.data(), edges.data(), 0, count}, by,
+                       still, limits, offsets.data(), values.data());
+        for (int u = 0; u < count; ++u) {
+            const auto i = static_cast<std::size_t>(u);
+            const float z = padded[i + 1];
+            const auto along_axis = [&](int k) {
+                return z * (by.by_column[k] * static_cast<float>(u) + by.origin[k]) + by.shift[k];
+            };
+            const float depth = along_axis(2), x = along_axis(0) / depth + 0.5f,
+                        y = along_axis(1) / depth + 0.5f;
+            // A division may be off by a few units in the last place.
+            const auto close = [](float a, float b) { return std::abs(a - b) < 1e-4f; };
+            if (close(x, 0) || close(x, width) || close(y, 0) || close(y, height) ||
+                close(x, std::round(x)) || close(y, std::round(y)))
+                continue;
+            const bool lands = z != 0.0f && edges[i] >= limits.least_edge_distance &&
+                               depth > limits.nearest && depth < limits.farthest && x >= 0 &&
+                               x < width && y >= 0 && y < height;
+            CAPTURE(round, u, z, depth, x, y);
+            REQUIRE((values[i] != nothing_landed) == lands);
+            if (lands)
+                REQUIRE(offsets[i] == static_cast<int>(y) * width + static_cast<int>(x));
+        }
+    }
+}
+
+TEST_CASE("a pixel is doubtful when it is empty beside others, or lies behind both neighbours") {
+    std::mt19937 random(6);
+    constexpr int count = 37;
+    const auto row = [&] {
+        std::vector<WarpedPixel> pixels;
+        for (int i = 0; i < count + 2; ++i)
+            pixels.push_back(random() % 3 != 0
+                                 ? nothing_landed
+                                 : static_cast<WarpedPixel>((20000 + 3000 * (random() % 3))
+                                                            << warped_depth_shift));
+        return pixels;
+    };
+    for (int round = 0; round < 50; ++round) {
+        const auto above = row(), here = row(), below = row();
+        std::vector<WarpedPixel> out(count);
+        std::vector<std::uint8_t> doubtful(count, 9);
+        find_doubtful({above.data() + 1, here.data() + 1, below.data() + 1, count}, out.data(),
+                      doubtful.data());
+        for (std::size_t i = 1; i <= count; ++i) {
+            const bool empty = here[i] == nothing_landed;
+            bool lonely = true;
+            for (const auto *of : {&above, &here, &below})
+                for (std::size_t k = i - 1; k <= i + 1; ++k)
+                    lonely = lonely && ((of == &here && k == i) || (*of)[k] == nothing_landed);
+            const WarpedPixel next = std::min(here[i - 1], here[i + 1]);
+            const bool behind = !empty && next <= here[i] - (here[i] >> 5);
+            CAPTURE(round, i);
+            REQUIRE(out[i - 1] == (empty ? 0 : here[i]));
+            REQUIRE(int{doubtful[i - 1]} == ((empty && !lonely) || behind));
+        }
+    }
+}
+
+TEST_CASE("a mapped tile shows the nearest pixels of the surface, moved along its slope") {
+    std::mt19937 random(7);
+    std::uniform_real_distribution<float> some(-1.0f, 1.0f);
+    constexpr int width = 61, height = 53, size = mapped_tile_px;
+    for (int round = 0; round < 100; ++round) {
+        const std::vector<float> z = broken_depths(random, width * height);
+        const ImageView<const float> surface(z.data(), width, height);
+        MappedTile tile;
+        for (int i = 0; i < 4; ++i)
+            tile.corners[i] = {15.0f + 16.0f * static_cast<float>(i & 1) + 5 * some(random),
+                               13.0f + 16.0f * static_cast<float>(i >> 1) + 5 * some(random),
+                               2.0f + 0.2f * some(random), 1000.0f + 100.0f * some(random),
+                               100.0f * some(random)};
+        std::vector<std::uint16_t> drawn(size * (size + 5), 7);
+        std::array<int, size * size> offsets{};
+        const bool whole = draw_mapped(tile, surface, drawn.data(), size + 5, offsets.data());
+        const auto &[a, b, c, e] = tile.corners;
+        const Eigen::Matrix2f diagonals{{e.u - a.u, e.v - a.v}, {c.u - b.u, c.v - b.v}};
+        const Eigen::Vector2f slope = (diagonals.inverse() * Eigen::Vector2f(e.z - a.z, c.z - b.z))
+                                          .cwiseMax(-0.03f * a.z)
+                                          .cwiseMin(0.03f * a.z);
+        bool holes = false;
+        for (int y = 0; y < size; ++y)
+            for (int x = 0; x < size; ++x) {
+                const float across = static_cast<float>(x) / size;
+                const float down = static_cast<float>(y) / size;
+                const auto between = [&](float MappedCorner::*of) {
+                    const float left = a.*of + down * (c.*of - a.*of);
+                    return left + across * (b.*of + down * (e.*of - b.*of) - left);
+                };
+                const float u = between(&MappedCorner::u), v = between(&MappedCorner::v);
+                // Either of two pixels may be the nearest.
+                const auto halfway = [](float at) {
+                    return std::abs(at - std::floor(at) - 0.5f) < 1e-3f;
+                };
+                const int offset = offsets[static_cast<std::size_t>(y * size + x)];
+                const float depth = z[static_cast<std::size_t>(offset)];
+                holes = holes || depth == 0.0f;
+                if (halfway(u) || halfway(v))
+                    continue;
+                const float nu = std::floor(u + 0.5f), nv = std::floor(v + 0.5f);
+                CAPTURE(round, x, y, u, v);
+                REQUIRE(offset == static_cast<int>(nv) * width + static_cast<int>(nu));
+                const float moved = depth + slope.x() * (u - nu) + slope.y() * (v - nv);
+                const float reading = depth == 0.0f ? 0.0f
+                                                    : moved * between(&MappedCorner::scale) +
+                                                          between(&MappedCorner::shift);
+                REQUIRE(std::abs(drawn[static_cast<std::size_t>(y * (size + 5) + x)] - reading) <
+                        0.51f);
+            }
+        REQUIRE(whole == !holes);
+        for (int y = 0; y < size; ++y) // and nothing beside the tile
+            for (int x = size; x < size + 5; ++x)
+                REQUIRE(drawn[static_cast<std::size_t>(y * (size + 5) + x)] == 7);
+    }
+}
