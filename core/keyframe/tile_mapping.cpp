@@ -13,7 +13,7 @@ constexpr float alike_depths = 1.15f;
 /// Edge distance below which a tile of a surface is not smooth, pixels.
 constexpr int least_smooth_edge_distance = 2;
 /// How far a corner's point on the surface may be seen from the corner, pixels.
-constexpr float corner_tolerance_px = 0.1f;
+constexpr float corner_tolerance_px = 0.03f;
 
 constexpr int whole_tiles(int pixels, int size) {
     return (pixels + size - 1) / size;
@@ -135,7 +135,7 @@ TileMapping::Outline TileMapping::outline(const SurfaceTile &tile, int x, int y,
 /// corrected by how far from the corner it is seen.
 bool TileMapping::find_corner(int x, int y, const Eigen::Vector2f &to_surface,
                               const DepthSurface &surface, const SurfaceProjection &projection) {
-    constexpr int steps = 5, last_depth = 3;
+    constexpr int steps = 6, last_depth = 3;
     Corner &corner = corners_(x, y);
     if (corner.tried)
         return corner.found;
