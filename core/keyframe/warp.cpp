@@ -89,11 +89,14 @@ void Warp::scatter(const DepthSurface &surface, const SurfaceProjection &project
         const float *z_down = surface.z().row(std::min(v + 1, last));
         const std::uint8_t *edge = surface.edge_distance().row(v);
         const auto project = [&](int u, int count) {
-            // Beyond the picture there is no depth.
-            z.front() = u > 0 ? z_row[u - 1] : 0.0f;
-            std::copy_n(z_row + u, count, z.begin() + 1);
-            z[static_cast<std::size_t>(count) + 1] = u + count < w ? z_row[u + count] : 0.0f;
-            project_points({z.data(), z_up + u, z_down + u, edge + u, u, count}, row,
+            const float *with_sides = z_row + u - 1;
+            if (u == 0 || u + count == w) { // beyond the picture there is no depth
+                z.front() = u > 0 ? z_row[u - 1] : 0.0f;
+                std::copy_n(z_row + u, count, z.begin() + 1);
+                z[static_cast<std::size_t>(count) + 1] = u + count < w ? z_row[u + count] : 0.0f;
+                with_sides = z.data();
+            }
+            project_points({with_sides, z_up + u, z_down + u, edge + u, u, count}, row,
                            projection.while_read(), limits, offsets.data(), values.data());
             const std::span landed(offsets.data(), static_cast<std::size_t>(count));
             (alone ? keep_nearest : keep_nearest_shared)(landed, values.data(), to);
@@ -212,10 +215,14 @@ WarpedPixel Warp::fill_pixel(const DepthSurface &surface, const WarpedPixel *at)
     int pairs = 0, edge = warped_edge_mask;
     for (const std::ptrdiff_t step : {std::ptrdiff_t{1}, stride, stride + 1, 1 - stride}) {
         // The next pixels on both sides on which something landed, and how far they are.
-        const int before = at[-step] == nothing_landed && reach > 1 ? 2 : 1;
-        const int after = at[step] == nothing_landed && reach > 1 ? 2 : 1;
+        const bool next_before = at[-step] != nothing_landed,
+                   next_after = at[step] != nothing_landed;
+        if (!next_before && !next_after)
+            continue;
+        const int before = next_before || reach < 2 ? 1 : 2,
+                  after = next_after || reach < 2 ? 1 : 2;
         const WarpedPixel a = at[-before * step], b = at[after * step];
-        if (a == nothing_landed || b == nothing_landed || before + after > reach + 1)
+        if (a == nothing_landed || b == nothing_landed)
             continue;
         const float za = warped_z(a), zb = warped_z(b);
         const float limit = surface.edge_step(std::min(za, zb));
