@@ -20,7 +20,6 @@ struct DepthFit {
 };
 
 struct DepthRefinementOptions {
-    int grid_px = 4;
     int iterations = 10;
     float least_inlier_share = 0.5f;
     /// Weight of the start pose: the deviation within which it is trusted, metres and radians.
