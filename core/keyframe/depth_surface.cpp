@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 
 namespace afterglow {
 
@@ -33,10 +34,17 @@ struct DepthSurface::AmplitudeWeights {
 };
 
 DepthSurface::DepthSurface(const Intrinsics &camera, const SurfaceOptions &options)
-    : camera_(camera), options_(options), raw_(camera.width, camera.height),
+    : camera_(camera), options_(options), units_(options.farthest_m),
+      // Kernels read past the last row.
+      raw_(camera.width, camera.height + 1 + row_slack / std::max(1, camera.width)),
       smooth_(camera.width, camera.height),
       distance_(camera.width, camera.height, std::uint8_t{far_from_edge}),
-      neighbours_(static_cast<std::size_t>(camera.width)), tiles_(camera.width, camera.height) {}
+      bend_(static_cast<std::size_t>(camera.width)),
+      flags_(static_cast<std::size_t>(camera.width) + sizeof(std::uint64_t)),
+      tiles_(camera.width, camera.height) {
+    for (std::vector<std::int16_t> &steps : steps_)
+        steps.resize(static_cast<std::size_t>(camera.width + 2 * row_slack));
+}
 
 void DepthSurface::build(DepthView depth, WorkerPool &pool, const DepthCorrection &correction,
                          ImageView<const std::uint16_t> amplitude) {
@@ -45,7 +53,7 @@ void DepthSurface::build(DepthView depth, WorkerPool &pool, const DepthCorrectio
     measure_noise();
     find_edges();
     grow_distance();
-    const int rows = raw_.height();
+    const int rows = smooth_.height();
     pool.run([&](int worker) {
         const int first = rows * worker / pool.size(), end = rows * (worker + 1) / pool.size();
         if (amplitude.empty())
@@ -57,20 +65,35 @@ void DepthSurface::build(DepthView depth, WorkerPool &pool, const DepthCorrectio
 }
 
 void DepthSurface::load(DepthView depth) {
-    ReadingRow row;
-    row.count = raw_.width();
-    row.x0 = static_cast<float>(-camera_.cx / camera_.fx);
-    row.dx = static_cast<float>(1 / camera_.fx);
-    row.shape = correction_.shape;
-    row.nearest_m = options_.nearest_m;
-    row.farthest_m = options_.farthest_m;
-    int valid = 0;
-    for (int v = 0; v < raw_.height(); ++v) {
-        row.millimetres = depth.row(v);
-        row.y = static_cast<float>((v - camera_.cy) / camera_.fy);
-        valid += load_row(row, raw_.row(v));
+    const auto units = [&](float metres, auto round) {
+        const float reach = std::clamp(metres, 0.0f, DepthUnits::farthest_m);
+        return static_cast<UnitDepth>(round(reach * units_.per_metre()));
+    };
+    const auto share = [](float of_one) {
+        return static_cast<std::int16_t>(
+            std::lround(std::clamp(32768 * of_one, -32767.0f, 32767.0f)));
+    };
+    const Eigen::Vector3f &shape = correction_.shape;
+    ReadingRow row{};
+    row.count = depth.width();
+    row.nearest = std::max<UnitDepth>(
+        1, units(options_.nearest_m, [](float z) { return std::ceil(z - 0.001f); }));
+    row.farthest = units(options_.farthest_m, [](float z) { return std::floor(z + 0.001f); });
+    if (!shape.isZero(0)) {
+        for (std::size_t u = 0; u < bend_.size(); ++u) {
+            const auto x = static_cast<float>((static_cast<double>(u) - camera_.cx) / camera_.fx);
+            bend_[u] = share(shape[0] * x + shape[2] * x * x);
+        }
+        row.by_column = bend_.data();
     }
-    fill_ = static_cast<float>(valid) / static_cast<float>(raw_.pixels().size());
+    int valid = 0;
+    for (int v = 0; v < depth.height(); ++v) {
+        const auto y = static_cast<float>((v - camera_.cy) / camera_.fy);
+        row.millimetres = depth.row(v);
+        row.by_row = share(shape[1] * y + shape[2] * y * y);
+        valid += load_row(row, units_, raw_.row(v));
+    }
+    fill_ = static_cast<float>(valid) / static_cast<float>(smooth_.pixels().size());
 }
 
 // White noise of deviation s gives the second difference of three neighbours the deviation s
@@ -80,13 +103,14 @@ void DepthSurface::measure_noise() {
     constexpr float median_of_gaussian = 0.6745f;
     std::array<int, bins_per_sigma * most_sigmas + 1> histogram{};
     int count = 0;
-    for (int v = step / 2; v < raw_.height(); v += step) {
-        const float *z = raw_.row(v);
-        for (int u = step / 2; u + 1 < raw_.width(); u += step) {
-            if (z[u - 1] == 0.0f || z[u] == 0.0f || z[u + 1] == 0.0f)
+    for (int v = step / 2; v < smooth_.height(); v += step) {
+        const UnitDepth *z = raw_.row(v);
+        for (int u = step / 2; u + 1 < smooth_.width(); u += step) {
+            if (z[u - 1] == 0 || z[u] == 0 || z[u + 1] == 0)
                 continue;
-            const float sigmas = std::abs(z[u - 1] - 2.0f * z[u] + z[u + 1]) /
-                                 (2.4495f * median_of_gaussian * options_.noise.sigma(z[u]));
+            const float sigmas =
+                metres(std::abs(z[u - 1] - 2 * z[u] + z[u + 1])) /
+                (2.4495f * median_of_gaussian * options_.noise.sigma(metres(z[u])));
             ++histogram[static_cast<std::size_t>(
                 bins_per_sigma * std::min(sigmas, static_cast<float>(most_sigmas)))];
             ++count;
@@ -101,55 +125,75 @@ void DepthSurface::measure_noise() {
 // A pixel is on an edge when a neighbour is on another surface. A hole is an edge only where both
 // of its sides differ: sensor holes inside a surface are common and harmless.
 void DepthSurface::find_edges() {
-    const int w = raw_.width(), h = raw_.height();
-    std::int64_t slope_sum = 0;
-    int slopes = 0;
+    constexpr int slope_rows = 8; ///< slopes are found in one row of so many
+    const int w = smooth_.width(), h = smooth_.height();
+    const EdgeRule rule = {options_.edge_relative, noise_};
+    float slope_sum = 0;
+    int slopes = 0, compared_rows = 0;
     jump_sum_ = 0;
     jumps_ = 0;
     std::ranges::fill(distance_.pixels(), std::uint8_t{far_from_edge});
-    const auto compare_rows = [&](int v, int du, int dv) {
-        const int count = w - du;
-        const float *row = raw_.row(v);
-        const Slopes found =
-            compare_neighbours(row, raw_.row(v + dv) + du, count, {options_.edge_relative, noise_},
-                               neighbours_.data());
-        slope_sum += found.sum;
-        slopes += found.pairs;
-        const auto end = neighbours_.begin() + count;
-        const auto differ = [](Neighbours n) { return n != Neighbours::alike; };
-        for (auto at = std::find_if(neighbours_.begin(), end, differ); at != end;
-             at = std::find_if(at + 1, end, differ))
-            mark(static_cast<int>(at - neighbours_.begin()), v, du, dv);
-    };
+    std::int16_t *steps = steps_[0].data(), *steps_below = steps_[1].data();
+    find_steps(raw_.row(0), w, rule, units_, steps);
     for (int v = 0; v < h; ++v) {
-        compare_rows(v, 1, 0);
-        if (v + 1 < h)
-            compare_rows(v, 0, 1);
+        const UnitDepth *row = raw_.row(v), *below = raw_.row(std::min(v + 1, h - 1));
+        find_steps(below, w, rule, units_, steps_below);
+        compare_neighbours({row, steps}, {below, steps_below}, w, flags_.data());
+        mark_row(v);
+        std::swap(steps, steps_below);
+        if (v % slope_rows != 0)
+            continue;
+        const Slopes across = find_slopes(row, row + 1, w - 1, rule, units_);
+        const Slopes down = find_slopes(row, below, v + 1 < h ? w : 0, rule, units_);
+        slope_sum += across.sum + down.sum;
+        slopes += across.pairs + down.pairs;
+        ++compared_rows;
     }
     // Each pixel has two neighbours to be compared with; a shift in any direction crosses about
     // two thirds of both kinds.
-    const float sum = static_cast<float>(std::ldexp(static_cast<double>(slope_sum), -20));
-    const float pairs = static_cast<float>(std::max(1, jumps_ + slopes));
     edge_jump_ = jump_sum_ / static_cast<float>(std::max(1, jumps_));
-    slope_ = sum / static_cast<float>(std::max(1, slopes));
-    variation_ = 1.3f * (jump_sum_ + sum) / pairs;
+    slope_ = slope_sum / static_cast<float>(std::max(1, slopes));
+    const float inside =
+        static_cast<float>(slopes) * static_cast<float>(h) / static_cast<float>(compared_rows);
+    variation_ =
+        1.3f * (jump_sum_ + slope_ * inside) / std::max(1.0f, static_cast<float>(jumps_) + inside);
+}
+
+/// Marks the edges at the pixels of a row that are flagged.
+void DepthSurface::mark_row(int v) {
+    const int w = smooth_.width();
+    for (int first = 0; first < w; first += static_cast<int>(sizeof(std::uint64_t))) {
+        std::uint64_t any = 0;
+        std::memcpy(&any, &flags_[static_cast<std::size_t>(first)], sizeof any);
+        if (any == 0)
+            continue;
+        const int end = std::min(first + static_cast<int>(sizeof any), w);
+        for (int u = first; u < end; ++u) {
+            const std::uint8_t flags = flags_[static_cast<std::size_t>(u)];
+            if ((flags & parted_from_right) != 0)
+                mark(u, v, 1, 0);
+            if ((flags & parted_from_below) != 0)
+                mark(u, v, 0, 1);
+        }
+    }
 }
 
 /// Marks an edge between (u, v) and the next reading in the direction (du, dv), if there is one:
 /// across a hole of up to four pixels.
 void DepthSurface::mark(int u, int v, int du, int dv) {
-    const float a = raw_(u, v);
+    const UnitDepth here = raw_(u, v);
     for (int k = 1; k <= 5; ++k) {
         const int x = u + k * du, y = v + k * dv;
-        if (!raw_.view().contains(x, y))
+        if (!distance_.view().contains(x, y))
             return;
-        const float b = raw_(x, y);
-        if (b == 0.0f)
+        const UnitDepth there = raw_(x, y);
+        if (there == 0)
             continue;
+        const float a = metres(here), b = metres(there);
         if (std::abs(a - b) >
             edge_step(std::min(a, b)) * (1.0f + 0.5f * static_cast<float>(k - 1))) {
-            distance_(u, v) = 1;
-            distance_(x, y) = 1;
+            mark_edge(u, v);
+            mark_edge(x, y);
             // A step can cost a pixel no more than its whole depth.
             jump_sum_ += std::min(std::abs(a - b) / (0.5f * (a + b)), 1.0f);
             ++jumps_;
@@ -158,16 +202,30 @@ void DepthSurface::mark(int u, int v, int du, int dv) {
     }
 }
 
-// The 4-neighbour distance transform: both ways along the rows, then both ways from row to row.
-void DepthSurface::grow_distance() {
-    const int w = raw_.width(), h = raw_.height();
-    for (int v = 0; v < h; ++v) {
-        std::uint8_t *d = distance_.row(v);
-        for (int u = 1; u < w; ++u)
-            d[u] = static_cast<std::uint8_t>(std::min<int>(d[u], d[u - 1] + 1));
-        for (int u = w - 2; u >= 0; --u)
-            d[u] = static_cast<std::uint8_t>(std::min<int>(d[u], d[u + 1] + 1));
+/// The distances from (u, v) along its row.
+void DepthSurface::mark_edge(int u, int v) {
+    constexpr int reach = far_from_edge - 2;
+    // As many as a vector has; the last ones change nothing.
+    static constexpr std::array<std::uint8_t, 16> along = {6, 5, 4, 3, 2, 1, 2, 3,
+                                                           4, 5, 6, 7, 7, 7, 7, 7};
+    std::uint8_t *row = distance_.row(v);
+    if (row[u] == 1)
+        return;
+    const int w = distance_.width(), first = u - reach;
+    if (first >= 0 && first + static_cast<int>(along.size()) <= w) {
+        std::uint8_t *at = row + first;
+        for (std::size_t i = 0; i < along.size(); ++i)
+            at[i] = std::min(at[i], along[i]);
+        return;
     }
+    for (int x = std::max(0, first); x <= std::min(u + reach, w - 1); ++x)
+        row[x] = std::min(row[x], along[static_cast<std::size_t>(x - first)]);
+}
+
+// The 4-neighbour distance transform: what is marked tells the distance along each row; then both
+// ways from row to row.
+void DepthSurface::grow_distance() {
+    const int w = distance_.width(), h = distance_.height();
     for (int v = 1; v < h; ++v)
         grow_from_row(distance_.row(v - 1), w, distance_.row(v));
     for (int v = h - 2; v >= 0; --v)
@@ -176,28 +234,30 @@ void DepthSurface::grow_distance() {
 
 // As if all had one amplitude.
 void DepthSurface::smooth(int first_row, int end_row) {
-    const int w = raw_.width(), h = raw_.height(), r = options_.smooth_radius_px;
+    const int w = smooth_.width(), h = smooth_.height(), r = options_.smooth_radius_px;
     for (int v = first_row; v < end_row; ++v) {
-        const float *z = raw_.row(v);
+        const UnitDepth *z = raw_.row(v);
         float *out = smooth_.row(v);
-        if (r == 0 || v < r || v >= h - r || w <= 2 * r) {
-            std::copy_n(z, w, out);
+        const bool whole = r > 0 && v >= r && v < h - r && w > 2 * r;
+        const int margin = whole ? r : w;
+        for (int u = 0; u < margin; ++u)
+            out[u] = metres(z[u]);
+        if (!whole)
             continue;
-        }
-        std::copy_n(z, r, out);
-        smooth_row({z + r, raw_.view().stride(), r, w - 2 * r}, noise_, out + r);
-        std::copy_n(z + w - r, r, out + w - r);
+        smooth_row({z + r, raw_.view().stride(), r, w - 2 * r}, noise_, units_, out + r);
+        for (int u = w - r; u < w; ++u)
+            out[u] = metres(z[u]);
     }
 }
 
 // Weighted mean over the window of what lies on the pixel's own surface: within three sigmas plus a
 // slope.
 void DepthSurface::smooth(int first_row, int end_row, const AmplitudeWeights &weights) {
-    const int w = raw_.width(), h = raw_.height(), r = options_.smooth_radius_px;
+    const int w = smooth_.width(), h = smooth_.height(), r = options_.smooth_radius_px;
     for (int v = first_row; v < end_row; ++v) {
         float *out = smooth_.row(v);
         for (int u = 0; u < w; ++u) {
-            const float z = raw_(u, v);
+            const float z = metres(raw_(u, v));
             if (z == 0.0f || r == 0 || u < r || v < r || u >= w - r || v >= h - r) {
                 out[u] = z;
                 continue;
@@ -207,10 +267,10 @@ void DepthSurface::smooth(int first_row, int end_row, const AmplitudeWeights &we
             float total = 0.0f;
             // Opposite pixels enter as pairs, so that a slope does not shift the mean.
             for (int dv = 0; dv <= r; ++dv) {
-                const float *above = raw_.row(v - dv) + u;
-                const float *below = raw_.row(v + dv) + u;
+                const UnitDepth *above = raw_.row(v - dv) + u;
+                const UnitDepth *below = raw_.row(v + dv) + u;
                 for (int du = dv == 0 ? 1 : -r; du <= r; ++du) {
-                    const float a = above[-du], b = below[du];
+                    const float a = metres(above[-du]), b = metres(below[du]);
                     const float mean = 0.5f * (a + b);
                     const bool ok = a != 0.0f && b != 0.0f && std::abs(mean - z) < limit &&
                                     std::abs(a - b) < 2.0f * limit + 0.1f * z;

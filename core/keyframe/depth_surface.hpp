@@ -9,6 +9,7 @@
 #include "core/keyframe/surface_kernels.hpp"
 #include "core/keyframe/surface_tiles.hpp"
 
+#include <array>
 #include <vector>
 
 namespace afterglow {
@@ -19,7 +20,7 @@ struct SurfaceOptions {
     /// Neighbouring pixels whose depths differ by more than this share of the depth, plus three
     /// sigmas of sensor noise, lie on different surfaces.
     float edge_relative = 0.02f;
-    /// Readings outside are no readings, metres.
+    /// Readings outside are no readings, metres; none are further than DepthUnits::farthest_m.
     float nearest_m = 0.1f;
     float farthest_m = 12.0f;
     /// Edge-preserving smoothing: half the window, pixels. 0 = none.
@@ -66,10 +67,13 @@ public:
     const SurfaceOptions &options() const { return options_; }
 
 private:
+    float metres(int units) const { return units_.metres() * static_cast<float>(units); }
     void load(DepthView depth);
     void measure_noise();
     void find_edges();
+    void mark_row(int v);
     void mark(int u, int v, int du, int dv);
+    void mark_edge(int u, int v);
     void grow_distance();
     struct AmplitudeWeights;
     void smooth(int first_row, int end_row);
@@ -79,10 +83,13 @@ private:
     DepthCorrection correction_;
     SurfaceOptions options_;
     SensorNoise noise_ = options_.noise;
-    Image<float> raw_;
+    DepthUnits units_;
+    Image<UnitDepth> raw_; ///< with rows below the map's that are empty
     Image<float> smooth_;
     Image<std::uint8_t> distance_;
-    std::vector<Neighbours> neighbours_; ///< of one row
+    std::vector<std::int16_t> bend_;                 ///< of columns, ReadingRow::by_column
+    std::vector<std::uint8_t> flags_;                ///< of one row, and some that stay 0
+    std::array<std::vector<std::int16_t>, 2> steps_; ///< of a row and the next
     SurfaceTiles tiles_;
     float fill_ = 0, variation_ = 0, edge_jump_ = 0, slope_ = 0;
     float jump_sum_ = 0;

@@ -5,6 +5,7 @@
 #include "core/keyframe/surface_kernels.hpp"
 
 #include <algorithm>
+#include <array>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -16,70 +17,198 @@ HWY_BEFORE_NAMESPACE();
 namespace afterglow::HWY_NAMESPACE {
 namespace {
 
-/// SensorNoise::sigma() of each depth.
-template <class D, class V>
-HWY_API V sigma(D d, const SensorNoise &noise, V z) {
+#if HWY_TARGET == HWY_SCALAR
+// One lane, which is both halves.
+constexpr int lanes = 1;
+using Units = hn::CappedTag<std::int16_t, lanes>;
+using HalfUnits = Units;
+template <class V>
+HWY_API V lower_half(V value) {
+    return value;
+}
+template <class V>
+HWY_API V upper_half(V value) {
+    return value;
+}
+template <class V>
+HWY_API V combined(V /*upper*/, V lower) {
+    return lower;
+}
+#else
+constexpr int lanes = 8;
+using Units = hn::CappedTag<std::int16_t, lanes>;
+using HalfUnits = hn::Half<Units>;
+template <class V>
+HWY_API auto lower_half(V value) {
+    return hn::LowerHalf(value);
+}
+template <class V>
+HWY_API auto upper_half(V value) {
+    return hn::UpperHalf(HalfUnits(), value);
+}
+template <class V>
+HWY_API auto combined(V upper, V lower) {
+    return hn::Combine(Units(), upper, lower);
+}
+#endif
+using HalfInts = hn::Rebind<std::int32_t, HalfUnits>;
+using HalfFloats = hn::Rebind<float, HalfUnits>;
+
+template <class V>
+HWY_API auto lower_floats(V value) {
+    return hn::ConvertTo(HalfFloats(), hn::PromoteTo(HalfInts(), lower_half(value)));
+}
+template <class V>
+HWY_API auto upper_floats(V value) {
+    return hn::ConvertTo(HalfFloats(), hn::PromoteTo(HalfInts(), upper_half(value)));
+}
+
+/// The integers at or below `add` more than some floats, none of which is negative.
+template <class V>
+HWY_API auto integers(V lower, V upper, float add) {
+    const HalfFloats d;
+    const auto half = [&](V value) HWY_ATTR {
+        return hn::DemoteTo(HalfUnits(),
+                            hn::ConvertTo(HalfInts(), hn::Add(value, hn::Set(d, add))));
+    };
+    return combined(half(upper), half(lower));
+}
+/// What integers are above exactly if they are above the floats, and below exactly if they are
+/// below them.
+template <class V>
+HWY_API auto upper_limit(V lower, V upper) {
+    return integers(lower, upper, 0.0f);
+}
+template <class V>
+HWY_API auto lower_limit(V lower, V upper) {
+    return integers(lower, upper, 0.9999f);
+}
+
+/// SensorNoise::sigma() times a factor, of depths in units and in units.
+SensorNoise in_units(const SensorNoise &noise, const DepthUnits &units, float factor) {
+    return {factor * noise.floor_m * units.per_metre(), factor * noise.linear,
+            factor * noise.quadratic_per_m * units.metres(), factor * noise.least_relative};
+}
+
+template <class V>
+HWY_API V sigma(const SensorNoise &noise, V z) {
+    const HalfFloats d;
     const auto curve =
         hn::Add(hn::Set(d, noise.linear), hn::Mul(z, hn::Set(d, noise.quadratic_per_m)));
     return hn::Max(hn::Add(hn::Set(d, noise.floor_m), hn::Mul(z, curve)),
                    hn::Mul(hn::Set(d, noise.least_relative), z));
 }
 
-void smooth(const SmoothedRow &row, const SensorNoise &sensor, float *HWY_RESTRICT out) {
-    // Copies, which nothing written here can change.
-    const SmoothedRow in = row;
-    const SensorNoise noise = sensor;
-    for_lanes(in.count, [&](auto d, int i) HWY_ATTR {
-        const auto set = [&](float value) HWY_ATTR { return hn::Set(d, value); };
-        const auto zero = hn::Zero(d), half = set(0.5f), one = set(1.0f);
-        const auto z = hn::LoadU(d, in.z + i);
-        const auto limit = hn::Mul(set(3.0f), sigma(d, noise, z));
-        const auto limit_order = order(d, limit);
-        const auto pair_limit_order =
-            order(d, hn::Add(hn::Mul(set(2.0f), limit), hn::Mul(set(0.1f), z)));
-        auto sum = zero, total = half;
-        // Opposite pixels enter as pairs, so that a slope does not shift the mean.
-        for (int dv = 0; dv <= in.radius; ++dv) {
-            const float *above = in.z + i - dv * in.stride;
-            const float *below = in.z + i + dv * in.stride;
-            for (int du = dv == 0 ? 1 : -in.radius; du <= in.radius; ++du) {
-                const auto a = hn::LoadU(d, above - du), b = hn::LoadU(d, below + du);
-                const auto mean = hn::Mul(half, hn::Add(a, b));
-                const auto near =
-                    hn::And(hn::Lt(order(d, hn::Abs(hn::Sub(mean, z))), limit_order),
-                            hn::Lt(order(d, hn::Abs(hn::Sub(a, b))), pair_limit_order));
-                const auto missing = hn::Or(hn::Eq(a, zero), hn::Eq(b, zero));
-                const auto ok = hn::AndNot(missing, hn::RebindMask(d, near));
-                sum = hn::Add(sum, hn::IfThenElseZero(ok, mean));
-                total = hn::Add(total, hn::IfThenElseZero(ok, one));
-            }
+int load(const ReadingRow &row, const DepthUnits &units, UnitDepth *HWY_RESTRICT z) {
+    const ReadingRow in = row; // a copy, which nothing written here can change
+    const Units d;
+    const hn::RebindToUnsigned<Units> du;
+    const int per_millimetre = units.per_millimetre();
+    const auto most = hn::Set(du, static_cast<std::uint16_t>(32767 / per_millimetre));
+    const auto nearest = hn::Set(d, in.nearest), farthest = hn::Set(d, in.farthest);
+    const auto by_row = hn::Set(d, in.by_row);
+    int valid = 0;
+    const auto block = [&](const std::uint16_t *millimetres,
+                           const std::int16_t *by_column) HWY_ATTR {
+        const auto whole = hn::BitCast(d, hn::Min(hn::LoadU(du, millimetres), most));
+        auto depth = per_millimetre == 2 ? hn::Add(whole, whole) : whole;
+        if (by_column != nullptr) {
+            const auto share = hn::SaturatedAdd(hn::LoadU(d, by_column), by_row);
+            depth = hn::SaturatedAdd(depth, hn::MulFixedPoint15(depth, share));
         }
-        // The pixel itself counts as half a pair.
-        const auto mean = hn::Div(hn::Add(hn::Mul(half, z), sum), total);
-        hn::StoreU(hn::IfThenZeroElse(hn::Eq(z, zero), mean), d, out + i);
-    });
+        const auto outside = hn::Or(hn::Lt(depth, nearest), hn::Gt(depth, farthest));
+        valid += lanes - static_cast<int>(hn::CountTrue(d, outside));
+        return hn::IfThenZeroElse(outside, depth);
+    };
+    int i = 0;
+    for (; i + lanes <= in.count; i += lanes)
+        hn::StoreU(block(in.millimetres + i, in.by_column ? in.by_column + i : nullptr), d, z + i);
+    if (i < in.count) {
+        std::array<std::uint16_t, lanes> rest{};
+        std::array<std::int16_t, lanes> by_column{}, depths;
+        std::copy(in.millimetres + i, in.millimetres + in.count, rest.begin());
+        if (in.by_column != nullptr)
+            std::copy(in.by_column + i, in.by_column + in.count, by_column.begin());
+        hn::StoreU(block(rest.data(), in.by_column ? by_column.data() : nullptr), d, depths.data());
+        // Readings of 0 are nearer than the nearest.
+        std::copy_n(depths.begin(), in.count - i, z + i);
+    }
+    return valid;
 }
 
-int load(const ReadingRow &row, float *HWY_RESTRICT z) {
-    const ReadingRow in = row; // a copy, which nothing written here can change
-    int valid = 0;
-    for_lanes(in.count, [&](auto d, int i) HWY_ATTR {
-        const hn::RebindToSigned<decltype(d)> di;
-        const hn::Rebind<std::uint16_t, decltype(d)> d16;
-        const auto set = [&](float value) HWY_ATTR { return hn::Set(d, value); };
-        const auto whole = hn::PromoteTo(di, hn::LoadU(d16, in.millimetres + i));
-        const auto x = hn::Add(set(in.x0), hn::Mul(set(in.dx), hn::ConvertTo(d, hn::Iota(di, i))));
-        const auto bend = hn::Mul(set(in.shape[2]), hn::Add(hn::Mul(x, x), set(in.y * in.y)));
-        const auto tilt = hn::Mul(set(in.shape[0]), x);
-        const auto scale =
-            hn::Add(set(1.0f), hn::Add(tilt, hn::Add(set(in.shape[1] * in.y), bend)));
-        const auto depth = hn::Mul(hn::Mul(set(0.001f), hn::ConvertTo(d, whole)), scale);
-        const auto outside = hn::Or(hn::Lt(order(d, depth), order(d, set(in.nearest_m))),
-                                    hn::Gt(order(d, depth), order(d, set(in.farthest_m))));
-        hn::StoreU(hn::IfThenZeroElse(hn::RebindMask(d, outside), depth), d, z + i);
-        valid += static_cast<int>(hn::Lanes(d)) - static_cast<int>(hn::CountTrue(di, outside));
-    });
-    return valid;
+void steps(const UnitDepth *HWY_RESTRICT z, int count, const EdgeRule &of, const DepthUnits &units,
+           std::int16_t *HWY_RESTRICT found) {
+    const Units d;
+    const SensorNoise noise = in_units(of.noise, units, 6.0f);
+    const float relative = 2.0f * of.edge_relative;
+    const auto step = [&](auto depth) HWY_ATTR {
+        return hn::Add(hn::Mul(hn::Set(HalfFloats(), relative), depth), sigma(noise, depth));
+    };
+    for (int i = 0; i < count; i += lanes) {
+        const auto depth = hn::LoadU(d, z + i);
+        const auto twice = upper_limit(step(lower_floats(depth)), step(upper_floats(depth)));
+        hn::StoreU(hn::IfThenZeroElse(hn::Eq(depth, hn::Zero(d)), twice), d, found + i);
+    }
+}
+
+void compare(const SteppedRow &row, const SteppedRow &below, int count,
+             std::uint8_t *HWY_RESTRICT flags) {
+    const SteppedRow here = row, next = below;
+    const Units d;
+    const hn::Rebind<std::uint8_t, Units> d8;
+    const auto zero = hn::Zero(d);
+    const auto right = hn::Set(d, parted_from_right), down = hn::Set(d, parted_from_below);
+    const auto block = [&](int i) HWY_ATTR {
+        const auto z = hn::LoadU(d, here.z + i), step = hn::LoadU(d, here.steps + i);
+        const auto parted = [&](const SteppedRow &from, int at) HWY_ATTR {
+            const auto difference = hn::Abs(hn::Sub(z, hn::LoadU(d, from.z + at)));
+            return hn::VecFromMask(d, hn::Gt(hn::SaturatedAdd(difference, difference),
+                                             hn::Min(step, hn::LoadU(d, from.steps + at))));
+        };
+        const auto found =
+            hn::Or(hn::And(parted(here, i + 1), right), hn::And(parted(next, i), down));
+        return hn::DemoteTo(d8, hn::IfThenElseZero(hn::Gt(z, zero), found));
+    };
+    int i = 0;
+    for (; i + lanes <= count; i += lanes)
+        hn::StoreU(block(i), d8, flags + i);
+    if (i < count) {
+        std::array<std::uint8_t, lanes> rest;
+        hn::StoreU(block(i), d8, rest.data());
+        std::copy_n(rest.begin(), count - i, flags + i);
+    }
+}
+
+Slopes slopes(const UnitDepth *HWY_RESTRICT pixels, const UnitDepth *HWY_RESTRICT next, int count,
+              const EdgeRule &of, const DepthUnits &units) {
+    const HalfUnits d16;
+    const HalfInts di;
+    const HalfFloats d;
+    const SensorNoise noise = in_units(of.noise, units, 1.0f);
+    const float relative = of.edge_relative;
+    auto sum = hn::Zero(d);
+    auto pairs = hn::Zero(di);
+    for (int i = 0; i < count; i += static_cast<int>(hn::Lanes(d))) {
+        const auto load = [&](const UnitDepth *from) HWY_ATTR {
+            return hn::ConvertTo(d, hn::PromoteTo(di, hn::LoadU(d16, from + i)));
+        };
+        const auto a = load(pixels), b = load(next);
+        const auto near = hn::Min(a, b), difference = hn::Abs(hn::Sub(a, b));
+        const auto deviation = sigma(noise, near);
+        const auto step =
+            hn::Add(hn::Mul(hn::Set(d, relative), near), hn::Mul(hn::Set(d, 3.0f), deviation));
+        const auto exists = hn::Lt(hn::Iota(di, i), hn::Set(di, count));
+        const auto both = hn::Gt(order(d, near), hn::Zero(di));
+        const auto parted = hn::Gt(order(d, difference), order(d, step));
+        const auto alike = hn::AndNot(parted, hn::And(exists, both));
+        const auto above = hn::Max(hn::Sub(difference, deviation), hn::Zero(d));
+        const auto slope =
+            hn::Min(hn::Div(above, hn::Max(near, hn::Set(d, 1.0f))), hn::Set(d, 1.0f));
+        sum = hn::Add(sum, hn::IfThenElseZero(hn::RebindMask(d, alike), slope));
+        pairs = hn::Sub(pairs, hn::VecFromMask(di, alike));
+    }
+    return {static_cast<int>(hn::GetLane(hn::SumOfLanes(di, pairs))),
+            hn::GetLane(hn::SumOfLanes(d, sum))};
 }
 
 void grow(const std::uint8_t *HWY_RESTRICT next, int count, std::uint8_t *HWY_RESTRICT values) {
@@ -87,34 +216,86 @@ void grow(const std::uint8_t *HWY_RESTRICT next, int count, std::uint8_t *HWY_RE
         values[i] = std::min(values[i], static_cast<std::uint8_t>(next[i] + 1));
 }
 
-Slopes compare(const float *HWY_RESTRICT pixels, const float *HWY_RESTRICT next, int count,
-               const EdgeRule &of, std::uint8_t *HWY_RESTRICT found) {
-    const EdgeRule rule = of; // a copy, which nothing written here can change
-    Slopes slopes;
-    for_lanes(count, [&](auto d, int i) HWY_ATTR {
-        const hn::RebindToSigned<decltype(d)> di;
-        const hn::Rebind<std::uint8_t, decltype(d)> d8;
-        const auto zero = hn::Zero(d);
-        const auto a = hn::LoadU(d, pixels + i), b = hn::LoadU(d, next + i);
-        const auto near = hn::Min(a, b), difference = hn::Abs(hn::Sub(a, b));
-        const auto noise = sigma(d, rule.noise, near);
-        const auto step = hn::Add(hn::Mul(hn::Set(d, rule.edge_relative), near),
-                                  hn::Mul(hn::Set(d, 3.0f), noise));
-        const auto empty = hn::RebindMask(di, hn::Eq(a, zero));
-        const auto hole = hn::AndNot(empty, hn::RebindMask(di, hn::Eq(b, zero)));
-        const auto both = hn::Not(hn::Or(empty, hole));
-        const auto far = hn::Gt(order(d, difference), order(d, step));
-        const auto parted = hn::And(both, far), alike = hn::AndNot(far, both);
-        const auto slope =
-            hn::Min(hn::Div(hn::Max(hn::Sub(difference, noise), zero), near), hn::Set(d, 1.0f));
-        const auto units = hn::ConvertTo(di, hn::Mul(slope, hn::Set(d, 1048576.0f)));
-        slopes.sum += hn::GetLane(hn::SumOfLanes(di, hn::IfThenElseZero(alike, units)));
-        slopes.pairs += static_cast<int>(hn::CountTrue(di, alike));
-        const auto kind = hn::Or(hn::IfThenElseZero(parted, hn::Set(di, 1)),
-                                 hn::IfThenElseZero(hole, hn::Set(di, 2)));
-        hn::StoreU(hn::DemoteTo(d8, kind), d8, found + i);
-    });
-    return slopes;
+/// `fixed_radius`: the radius, if it is known when this is compiled, else 0.
+template <int fixed_radius>
+HWY_API void smooth_by(const SmoothedRow &in, const SensorNoise &sensor, const DepthUnits &units,
+                       float *HWY_RESTRICT out) {
+    /// So many differences may be added up in 16 bits.
+    constexpr int most_pairs = 17;
+    constexpr int most_unit_pairs = fixed_radius == 2 ? 12 : most_pairs;
+    const Units d;
+    const HalfInts di;
+    const HalfFloats df;
+    const int radius = fixed_radius > 0 ? fixed_radius : in.radius;
+    const UnitDepth *const from = in.z;
+    const std::ptrdiff_t stride = in.stride;
+    const int count = in.count;
+    const float metres = units.metres();
+    const SensorNoise noise = in_units(sensor, units, 6.0f);
+    const auto zero = hn::Zero(d);
+    const auto tenth = hn::Set(d, 3277), most = hn::Set(d, 32767 / most_unit_pairs);
+    for (int i = 0; i < count; i += lanes) {
+        const auto z = hn::LoadU(d, from + i);
+        const auto tenth_of_z = hn::MulFixedPoint15(z, tenth);
+        const auto six_sigmas =
+            lower_limit(sigma(noise, lower_floats(z)), sigma(noise, upper_floats(z)));
+        // Never the whole depth: then holes would be readings.
+        const auto limit = hn::Min(hn::Min(six_sigmas, hn::Sub(z, tenth_of_z)), most);
+        const auto pair_limit = hn::Add(limit, tenth_of_z);
+        const auto twice_z = hn::Add(z, z);
+        auto sum = zero, pairs = zero;
+        auto lower = hn::Zero(di), upper = hn::Zero(di);
+        const auto flush = [&]() HWY_ATTR {
+            lower = hn::Add(lower, hn::PromoteTo(di, lower_half(sum)));
+            upper = hn::Add(upper, hn::PromoteTo(di, upper_half(sum)));
+            sum = zero;
+        };
+        int unflushed = 0;
+        // Opposite pixels enter as pairs, so that a slope does not shift the mean.
+        for (int dv = 0; dv <= radius; ++dv) {
+            const UnitDepth *above = from + i - dv * stride;
+            const UnitDepth *below = from + i + dv * stride;
+            const int row_pairs = dv == 0 ? radius : 2 * radius + 1;
+            if (unflushed + row_pairs > most_unit_pairs) {
+                flush();
+                unflushed = 0;
+            }
+            unflushed += row_pairs;
+            for (int du = dv == 0 ? 1 : -radius; du <= radius; ++du) {
+                const auto a = hn::LoadU(d, above - du), b = hn::LoadU(d, below + du);
+                const auto difference = hn::Sub(hn::Add(a, b), twice_z);
+                const auto ok = hn::And(hn::Lt(hn::Abs(difference), limit),
+                                        hn::Lt(hn::Abs(hn::Sub(a, b)), pair_limit));
+                sum = hn::Add(sum, hn::IfThenElseZero(ok, difference));
+                pairs = hn::Sub(pairs, hn::VecFromMask(d, ok));
+            }
+        }
+        flush();
+        // The pixel itself counts as half a pair.
+        const auto halves = hn::Add(hn::Add(pairs, pairs), hn::Set(d, 1));
+        const auto mean = [&](auto whole, auto differences, auto of) HWY_ATTR {
+            const auto shift = hn::Div(hn::ConvertTo(df, differences), of);
+            return hn::Mul(hn::Add(whole, shift), hn::Set(df, metres));
+        };
+        const auto first = mean(lower_floats(z), lower, lower_floats(halves));
+        const auto second = mean(upper_floats(z), upper, upper_floats(halves));
+        if (i + lanes <= count) {
+            hn::StoreU(first, df, out + i);
+            hn::StoreU(second, df, out + i + lanes / 2);
+        } else {
+            std::array<float, lanes> rest;
+            hn::StoreU(first, df, rest.data());
+            hn::StoreU(second, df, rest.data() + lanes / 2);
+            std::copy_n(rest.begin(), count - i, out + i);
+        }
+    }
+}
+
+void smooth(const SmoothedRow &in, const SensorNoise &noise, const DepthUnits &units, float *out) {
+    if (in.radius == 2)
+        smooth_by<2>(in, noise, units, out);
+    else
+        smooth_by<0>(in, noise, units, out);
 }
 
 } // namespace
@@ -125,29 +306,41 @@ HWY_AFTER_NAMESPACE();
 namespace afterglow {
 namespace {
 
-HWY_EXPORT(smooth);
 HWY_EXPORT(load);
-HWY_EXPORT(grow);
+HWY_EXPORT(steps);
 HWY_EXPORT(compare);
+HWY_EXPORT(slopes);
+HWY_EXPORT(grow);
+HWY_EXPORT(smooth);
 
 } // namespace
 
-void smooth_row(const SmoothedRow &in, const SensorNoise &noise, float *out) {
-    HWY_DYNAMIC_DISPATCH(smooth)(in, noise, out);
+int load_row(const ReadingRow &in, const DepthUnits &units, UnitDepth *z) {
+    return HWY_DYNAMIC_DISPATCH(load)(in, units, z);
 }
 
-int load_row(const ReadingRow &in, float *z) {
-    return HWY_DYNAMIC_DISPATCH(load)(in, z);
+void find_steps(const UnitDepth *z, int count, const EdgeRule &rule, const DepthUnits &units,
+                std::int16_t *found) {
+    HWY_DYNAMIC_DISPATCH(steps)(z, count, rule, units, found);
+}
+
+void compare_neighbours(const SteppedRow &row, const SteppedRow &below, int count,
+                        std::uint8_t *flags) {
+    HWY_DYNAMIC_DISPATCH(compare)(row, below, count, flags);
+}
+
+Slopes find_slopes(const UnitDepth *pixels, const UnitDepth *next, int count, const EdgeRule &rule,
+                   const DepthUnits &units) {
+    return HWY_DYNAMIC_DISPATCH(slopes)(pixels, next, count, rule, units);
 }
 
 void grow_from_row(const std::uint8_t *next, int count, std::uint8_t *values) {
     HWY_DYNAMIC_DISPATCH(grow)(next, count, values);
 }
 
-Slopes compare_neighbours(const float *pixels, const float *next, int count, const EdgeRule &rule,
-                          Neighbours *found) {
-    return HWY_DYNAMIC_DISPATCH(compare)(pixels, next, count, rule,
-                                         reinterpret_cast<std::uint8_t *>(found));
+void smooth_row(const SmoothedRow &in, const SensorNoise &noise, const DepthUnits &units,
+                float *out) {
+    HWY_DYNAMIC_DISPATCH(smooth)(in, noise, units, out);
 }
 
 } // namespace afterglow

@@ -3,40 +3,44 @@
 
 #include "core/keyframe/sensor_noise.hpp"
 
-#include <Eigen/Core>
-
 #include <cstddef>
 #include <cstdint>
 
 namespace afterglow {
 
-/// Pixels of one row of a depth map in metres, 0 = none, with at least `radius` rows and columns of
-/// the map around them.
-struct SmoothedRow {
-    const float *z;        ///< the first of them
-    std::ptrdiff_t stride; ///< of the map
-    int radius, count;
+/// A depth in whole units of a map: 1 / DepthUnits::per_metre; 0 = none.
+using UnitDepth = std::int16_t;
+
+/// The fraction of a metre that a map's depths are counted in: half a millimetre as far as it
+/// reaches, else one. Sums of two depths less twice a third stay clear of 2^16, so that what
+/// overflows is never taken for a small difference.
+struct DepthUnits {
+    static constexpr float farthest_m = 30.0f;
+    static constexpr float farthest_of_halves_m = 15.0f;
+
+    explicit DepthUnits(float reach_m) : halves(reach_m <= farthest_of_halves_m) {}
+
+    bool halves; ///< of millimetres
+
+    int per_millimetre() const { return halves ? 2 : 1; }
+    float per_metre() const { return halves ? 2000.0f : 1000.0f; }
+    float metres() const { return halves ? 0.0005f : 0.001f; }
 };
 
-/// Means over windows of what lies on the surface of each pixel, as DepthSurface::smooth() has them
-/// where all readings are alike. Real-time safe.
-void smooth_row(const SmoothedRow &in, const SensorNoise &noise, float *out);
+/// Kernels read this many depths, flags and steps past the end of a row. What is there is not used.
+constexpr int row_slack = 16;
 
-/// Readings of one row, millimetres, and what makes them depths: times 1 + shape . (x, y, x^2 +
-/// y^2), DepthCorrection's, at x = x0 + dx u for column u. Depths outside are none, metres.
+/// Readings of one row, millimetres, and what makes them depths: a reading d becomes d + d
+/// (by_column + by_row) / 2^15. Depths outside are none.
 struct ReadingRow {
     const std::uint16_t *millimetres;
     int count;
-    float x0, dx, y;
-    Eigen::Vector3f shape;
-    float nearest_m, farthest_m;
+    const std::int16_t *by_column; ///< null: readings are depths
+    std::int16_t by_row;
+    UnitDepth nearest, farthest;
 };
-/// The depths, metres, 0 = none. Returns how many there are. Real-time safe.
-int load_row(const ReadingRow &in, float *z);
-
-/// Lowers each distance to one more than that of the next row: values[i] = min(values[i],
-/// next[i] + 1). Real-time safe.
-void grow_from_row(const std::uint8_t *next, int count, std::uint8_t *values);
+/// The depths, 0 = none. Returns how many there are. Real-time safe.
+int load_row(const ReadingRow &in, const DepthUnits &units, UnitDepth *z);
 
 /// What parts two surfaces: a step between neighbours of more than `edge_relative` of the nearer
 /// depth and three sigmas of noise.
@@ -44,20 +48,46 @@ struct EdgeRule {
     float edge_relative;
     SensorNoise noise;
 };
-/// How a pixel and the next one of a row or column are to each other.
-enum class Neighbours : std::uint8_t {
-    alike = 0,  ///< on one surface, or the pixel is empty
-    parted = 1, ///< on two surfaces
-    hole = 2,   ///< the next one is empty
+/// Twice the step that parts a surface at each depth from a further one, units; 0 where there is no
+/// depth. Writes whole vectors: up to row_slack more. Real-time safe.
+void find_steps(const UnitDepth *z, int count, const EdgeRule &rule, const DepthUnits &units,
+                std::int16_t *steps);
+
+/// A row of depths and the steps found for it.
+struct SteppedRow {
+    const UnitDepth *z;
+    const std::int16_t *steps;
 };
-/// Of pairs on one surface: how many, and the sum of max(0, |dz| - sigma) / z in 2^-20.
+/// What may part a pixel from the next one: another surface or a hole.
+enum : std::uint8_t { parted_from_right = 1, parted_from_below = 2 };
+/// Flags the pixels of `row` that have depth and whose neighbour to the right (the last one's is
+/// whatever follows) or below has none, or one that differs by more than the smaller of both steps.
+/// Real-time safe.
+void compare_neighbours(const SteppedRow &row, const SteppedRow &below, int count,
+                        std::uint8_t *flags);
+
+/// Of pairs on one surface: how many, and the sum of min(1, max(0, |dz| - sigma) / z).
 struct Slopes {
     int pairs = 0;
-    std::int64_t sum = 0;
+    float sum = 0;
 };
-/// Compares `count` pixels with as many next ones. Depths in metres, 0 = none.
-/// Real-time safe.
-Slopes compare_neighbours(const float *pixels, const float *next, int count, const EdgeRule &rule,
-                          Neighbours *found);
+/// Compares `count` pixels with as many next ones. Real-time safe.
+Slopes find_slopes(const UnitDepth *pixels, const UnitDepth *next, int count, const EdgeRule &rule,
+                   const DepthUnits &units);
+
+/// Lowers each distance to one more than that of the next row: values[i] = min(values[i],
+/// next[i] + 1). Real-time safe.
+void grow_from_row(const std::uint8_t *next, int count, std::uint8_t *values);
+
+/// Pixels of one row of a map, with at least `radius` rows and columns of the map around them.
+struct SmoothedRow {
+    const UnitDepth *z;    ///< the first of them
+    std::ptrdiff_t stride; ///< of the map
+    int radius, count;     ///< the radius is 1 to 8
+};
+/// Metres: means over windows of what lies on the surface of each pixel, as DepthSurface::smooth()
+/// has them where all readings are alike. Real-time safe.
+void smooth_row(const SmoothedRow &in, const SensorNoise &noise, const DepthUnits &units,
+                float *out);
 
 } // namespace afterglow

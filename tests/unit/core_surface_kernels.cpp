@@ -32,92 +32,176 @@ std::vector<float> depths(std::mt19937 &random, std::size_t count) {
     return z;
 }
 
+/// The same in units, with what kernels read past the end.
+std::vector<UnitDepth> unit_depths(std::mt19937 &random, std::size_t count,
+                                   const DepthUnits &units) {
+    std::vector<UnitDepth> z;
+    for (const float metres : depths(random, count + row_slack))
+        z.push_back(static_cast<UnitDepth>(std::lround(metres * units.per_metre())));
+    return z;
+}
+
+float sigma_in_units(int z, const DepthUnits &units, float factor) {
+    const float per_metre = units.per_metre(), metres = units.metres();
+    const auto depth = static_cast<float>(z);
+    const float curve = factor * sensor.linear + depth * (factor * sensor.quadratic_per_m * metres);
+    return std::max(factor * sensor.floor_m * per_metre + depth * curve,
+                    factor * sensor.least_relative * depth);
+}
+
+/// What the kernels multiply 16 bits with.
+int fixed_point(int a, int b) {
+    return (a * b + (1 << 14)) >> 15;
+}
+
 } // namespace
 
 TEST_CASE("smoothing in vectors is smoothing one by one") {
     std::mt19937 random(1);
-    for (const int radius : {1, 2, 3})
-        for (const int count : {1, 3, 4, 7, 16, 61}) {
-            const int stride = count + 2 * radius, rows = 2 * radius + 1;
-            const std::vector<float> map =
-                depths(random, static_cast<std::size_t>(stride) * static_cast<std::size_t>(rows));
-            const float *row = map.data() + radius * stride + radius;
-            std::vector<float> out(static_cast<std::size_t>(count), -1.0f);
-            smooth_row({row, stride, radius, count}, sensor, out.data());
-            for (int u = 0; u < count; ++u) {
-                const float z = row[u], limit = 3.0f * sensor.sigma(z);
-                float sum = 0, total = 0.5f;
-                for (int dv = 0; dv <= radius; ++dv)
-                    for (int du = dv == 0 ? 1 : -radius; du <= radius; ++du) {
-                        const float a = row[u - dv * stride - du], b = row[u + dv * stride + du];
-                        const float mean = 0.5f * (a + b);
-                        if (a == 0.0f || b == 0.0f || !(std::abs(mean - z) < limit) ||
-                            !(std::abs(a - b) < 2.0f * limit + 0.1f * z))
-                            continue;
-                        sum += mean;
-                        total += 1.0f;
-                    }
-                CAPTURE(radius, count, u, z);
-                REQUIRE(out[static_cast<std::size_t>(u)] ==
-                        (z == 0.0f ? 0.0f : (0.5f * z + sum) / total));
+    for (const float farthest : {12.0f, 30.0f})
+        for (const int radius : {1, 2, 3, 8})
+            for (const int count : {1, 3, 4, 7, 16, 61}) {
+                const DepthUnits units(farthest);
+                const int stride = count + 2 * radius, rows = 2 * radius + 1;
+                const auto map = unit_depths(
+                    random, static_cast<std::size_t>(stride) * static_cast<std::size_t>(rows),
+                    units);
+                const UnitDepth *row = map.data() + radius * stride + radius;
+                std::vector<float> out(static_cast<std::size_t>(count) + 1, -1.0f);
+                smooth_row({row, stride, radius, count}, sensor, units, out.data());
+                for (int u = 0; u < count; ++u) {
+                    const int z = row[u], tenth = fixed_point(z, 3277);
+                    const int limit =
+                        std::min({static_cast<int>(sigma_in_units(z, units, 6) + 0.9999f),
+                                  z - tenth, 32767 / (radius == 2 ? 12 : 17)});
+                    int sum = 0, pairs = 0;
+                    for (int dv = 0; dv <= radius; ++dv)
+                        for (int du = dv == 0 ? 1 : -radius; du <= radius; ++du) {
+                            const int a = row[u - dv * stride - du], b = row[u + dv * stride + du];
+                            if (a == 0 || b == 0 || std::abs(a + b - 2 * z) >= limit ||
+                                std::abs(a - b) >= limit + tenth)
+                                continue;
+                            sum += a + b - 2 * z;
+                            ++pairs;
+                        }
+                    const float mean = static_cast<float>(z) +
+                                       static_cast<float>(sum) / static_cast<float>(2 * pairs + 1);
+                    CAPTURE(farthest, radius, count, u, z, sum, pairs);
+                    REQUIRE(out[static_cast<std::size_t>(u)] == mean * units.metres());
+                }
+                CHECK(out.back() == -1.0f);
             }
+}
+
+TEST_CASE("smoothing takes no hole and nothing far away for a neighbour") {
+    // Sums of the largest depths leave 16 bits.
+    const DepthUnits units(15.0f);
+    for (const int z : {1, 200, 7000, 16384, 29999, 30000})
+        for (const int other : {0, 1, 200, 16384, 30000}) {
+            if (std::abs(z - other) < z / 2)
+                continue;
+            std::vector<UnitDepth> map(5 * 12 + row_slack, static_cast<UnitDepth>(other));
+            UnitDepth *row = map.data() + 2 * 12 + 2;
+            std::fill(row, row + 8, static_cast<UnitDepth>(0));
+            row[3] = static_cast<UnitDepth>(z);
+            std::vector<float> out(8);
+            // So noisy that a hole would lie within three sigmas.
+            smooth_row({row, 12, 2, 8}, sensor.times(16), units, out.data());
+            CAPTURE(z, other);
+            CHECK(out[3] == static_cast<float>(z) * units.metres());
+            CHECK(out[4] == 0.0f);
         }
 }
 
 TEST_CASE("readings become depths in vectors as one by one") {
     std::mt19937 random(2);
-    std::uniform_int_distribution<int> any(0, 65535);
-    const DepthCorrection correction{.shape = {0.01f, -0.02f, 0.015f}};
-    for (const int count : {1, 5, 16, 33}) {
-        std::vector<std::uint16_t> millimetres{0, 100, 99, 12000, 65535, 1};
-        while (millimetres.size() < static_cast<std::size_t>(count))
-            millimetres.push_back(static_cast<std::uint16_t>(any(random)));
-        const ReadingRow row = {millimetres.data(), count, -0.6f, 0.002f, 0.35f,
-                                correction.shape,   0.1f,  12.0f};
-        std::vector<float> z(millimetres.size(), -1.0f);
-        int valid = 0;
-        const int found = load_row(row, z.data());
-        for (int u = 0; u < count; ++u) {
-            const auto i = static_cast<std::size_t>(u);
-            const float depth = 0.001f * static_cast<float>(millimetres[i]) *
-                                correction.scale(row.x0 + row.dx * static_cast<float>(u), row.y);
-            const bool ok = depth >= row.nearest_m && depth <= row.farthest_m;
-            CAPTURE(count, u, depth);
-            REQUIRE(z[i] == (ok ? Approx(depth).epsilon(1e-6) : Approx(0.0)));
-            valid += ok;
-        }
-        REQUIRE(found == valid);
-    }
+    std::uniform_int_distribution<int> any(0, 65535), bend(-3000, 3000);
+    for (const float farthest : {12.0f, 30.0f})
+        for (const bool bent : {false, true})
+            for (const int count : {1, 5, 8, 16, 33}) {
+                const DepthUnits units(farthest);
+                std::vector<std::uint16_t> millimetres{0, 100, 99, 12000, 65535, 1, 16384, 32768};
+                std::vector<std::int16_t> by_column;
+                while (millimetres.size() < static_cast<std::size_t>(count))
+                    millimetres.push_back(static_cast<std::uint16_t>(any(random) >> 2));
+                for (std::size_t i = 0; i < millimetres.size(); ++i)
+                    by_column.push_back(static_cast<std::int16_t>(bend(random)));
+                const std::int16_t by_row = -200;
+                const ReadingRow row = {millimetres.data(),
+                                        count,
+                                        bent ? by_column.data() : nullptr,
+                                        by_row,
+                                        static_cast<UnitDepth>(0.1f * units.per_metre()),
+                                        static_cast<UnitDepth>(farthest * units.per_metre())};
+                std::vector<UnitDepth> z(static_cast<std::size_t>(count) + 1, UnitDepth{-1});
+                const int found = load_row(row, units, z.data());
+                int valid = 0;
+                for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+                    int depth = std::min<int>(millimetres[i], 32767 / units.per_millimetre()) *
+                                units.per_millimetre();
+                    if (bent)
+                        depth = std::min(depth + fixed_point(depth, by_column[i] + by_row), 32767);
+                    const bool ok = depth >= row.nearest && depth <= row.farthest;
+                    CAPTURE(farthest, bent, count, i, depth);
+                    REQUIRE(z[i] == (ok ? depth : 0));
+                    valid += ok;
+                }
+                CHECK(found == valid);
+                CHECK(z.back() == -1);
+            }
 }
 
 TEST_CASE("neighbours are compared in vectors as one by one") {
     std::mt19937 random(3);
     const EdgeRule rule = {0.02f, sensor};
-    for (const int count : {1, 2, 15, 16, 640}) {
-        const auto a = depths(random, static_cast<std::size_t>(count));
-        auto b = depths(random, static_cast<std::size_t>(count));
-        for (std::size_t i = 0; i < b.size(); i += 2)
-            b[i] = a[i] * 1.003f; // some are of one surface
-        std::vector<Neighbours> found(a.size());
-        const Slopes slopes = compare_neighbours(a.data(), b.data(), count, rule, found.data());
+    const DepthUnits units(12.0f);
+    for (const int count : {1, 2, 8, 15, 16, 640}) {
+        const auto size = static_cast<std::size_t>(count);
+        const auto a = unit_depths(random, size, units);
+        auto b = unit_depths(random, size, units);
+        for (std::size_t i = 0; i < size; i += 2)
+            b[i] = static_cast<UnitDepth>(a[i] + a[i] / 300); // some are of one surface
+        const auto steps_of = [&](const std::vector<UnitDepth> &z) {
+            std::vector<std::int16_t> steps(size + row_slack);
+            find_steps(z.data(), count, rule, units, steps.data());
+            for (std::size_t i = 0; i < size; ++i) {
+                const float twice = 2 * rule.edge_relative * static_cast<float>(z[i]) +
+                                    sigma_in_units(z[i], units, 6);
+                REQUIRE(steps[i] == (z[i] == 0 ? 0 : static_cast<int>(twice)));
+            }
+            return steps;
+        };
+        const auto steps = steps_of(a), steps_below = steps_of(b);
+        std::vector<std::uint8_t> flags(size + 1, std::uint8_t{9});
+        compare_neighbours({a.data(), steps.data()}, {b.data(), steps_below.data()}, count,
+                           flags.data());
+        for (std::size_t i = 0; i < size; ++i) {
+            const auto parted = [&](int other, int step) {
+                return a[i] != 0 && 2 * std::abs(a[i] - other) > std::min<int>(steps[i], step);
+            };
+            // Of the last one and what follows nothing is asked.
+            const bool right = parted(a[i + 1], steps[i + 1]) && i + 1 < size;
+            CAPTURE(count, i, a[i], a[i + 1], b[i]);
+            if (i + 1 < size)
+                CHECK(((flags[i] & parted_from_right) != 0) == right);
+            CHECK(((flags[i] & parted_from_below) != 0) == parted(b[i], steps_below[i]));
+        }
+        CHECK(flags.back() == 9);
+
+        const Slopes slopes = find_slopes(a.data(), b.data(), count, rule, units);
         int pairs = 0;
         double sum = 0;
-        for (std::size_t i = 0; i < a.size(); ++i) {
-            const float near = std::min(a[i], b[i]), difference = std::abs(a[i] - b[i]);
-            const bool parted = difference > rule.edge_relative * near + 3.0f * sensor.sigma(near);
-            const Neighbours expected = a[i] == 0.0f   ? Neighbours::alike
-                                        : b[i] == 0.0f ? Neighbours::hole
-                                        : parted       ? Neighbours::parted
-                                                       : Neighbours::alike;
-            CAPTURE(count, i, a[i], b[i]);
-            REQUIRE(found[i] == expected);
-            if (a[i] != 0.0f && b[i] != 0.0f && !parted) {
-                ++pairs;
-                sum += std::max(0.0f, difference - sensor.sigma(near)) / near;
-            }
+        for (std::size_t i = 0; i < size; ++i) {
+            const auto near = static_cast<float>(std::min(a[i], b[i]));
+            const auto difference = static_cast<float>(std::abs(a[i] - b[i]));
+            const float deviation = sigma_in_units(static_cast<int>(near), units, 1);
+            if (near == 0 || difference > rule.edge_relative * near + 3 * deviation)
+                continue;
+            ++pairs;
+            sum += std::min(1.0f, std::max(0.0f, difference - deviation) / near);
         }
         CHECK(slopes.pairs == pairs);
-        CHECK(std::ldexp(static_cast<double>(slopes.sum), -20) == Approx(sum).margin(1e-6 * count));
+        CHECK(slopes.sum == Approx(sum).epsilon(1e-5).margin(1e-6));
     }
 }
 
