@@ -26,7 +26,7 @@ constexpr float enough_readings = 4800;
 constexpr int closest_px = 4;
 constexpr int least_compared = 100;
 /// A step below this, metres and radians, ends the search.
-constexpr float least_step = 5e-5f;
+constexpr float least_step = 2e-4f;
 
 /// Pixels from one reading that is compared to the next.
 int grid_of(const Intrinsics &camera) {
