@@ -26,7 +26,7 @@ constexpr float enough_readings = 4800;
 constexpr int closest_px = 4;
 constexpr int least_compared = 100;
 /// A step below this, metres and radians, ends the search.
-constexpr float least_step = 2e-4f;
+constexpr float converged_step = 2e-4f;
 
 /// Pixels from one reading that is compared to the next.
 int grid_of(const Intrinsics &camera) {
@@ -154,7 +154,7 @@ DepthFit refine_by_depth(const DepthSurface &from, const DepthSurface &to, const
         if (!x.allFinite() || x.tail<3>().norm() > 0.3f || x.head<3>().norm() > 0.5f)
             return fit;
         pose = exp(x.cast<double>()) * pose;
-        if (x.norm() < least_step)
+        if (x.norm() < converged_step)
             i = std::max(i, options.iterations - 1);
     }
     fit.good = fit.inlier_share >= options.least_inlier_share;
