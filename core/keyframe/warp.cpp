@@ -182,7 +182,7 @@ int Warp::draw_mixed(const Drawing &to, int v, int begin, int end) const {
         find_doubtful({from.row(v - 1) + first, in, from.row(v + 1) + first, count}, pixels.data(),
                       doubtful.data());
         const std::uint8_t *const marks_end = doubtful.data() + count;
-        for (const std::uint8_t *mark = doubtful.data();;) {
+        for (const std::uint8_t *mark = doubtful.data(); options_.crack_px > 0;) {
             mark = static_cast<const std::uint8_t *>(
                 std::memchr(mark, 1, static_cast<std::size_t>(marks_end - mark)));
             if (!mark)
