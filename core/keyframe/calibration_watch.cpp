@@ -2,11 +2,9 @@
 #include "core/keyframe/calibration_watch.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/LU>
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <numbers>
 
@@ -17,56 +15,43 @@ using namespace rig_error;
 using Matrix9 = Eigen::Matrix<double, 9, 9>;
 
 constexpr double degree = std::numbers::pi / 180;
-constexpr std::size_t remembered_views = 8; ///< measurements that are remembered
-constexpr int edges = 300;                  ///< of each, at most
+constexpr std::size_t remembered_views = 10; ///< measurements that are remembered
+constexpr int edges = 400;                   ///< of each, at most
 constexpr int least_edges = 50;
 constexpr double longest_focal = 300; ///< pixels, of the level: its profiles reach 2.5 degrees
-/// Neighbouring edges share their errors: each counts for a part of one.
-constexpr double independent_share = 0.1;
-constexpr double least_spread = 0.5;
-/// A kernel's mean tells less than the place of an edge does.
-constexpr double kernel_factor = 2;
-/// Score that one sigma of the prior costs.
-constexpr double prior_cost = 0.02;
-
-// What makes a part suspect.
-constexpr double deviations = 3;
-constexpr double least_shift = 0.003; ///< radians, of image directions
-constexpr double least_lag = 0.02;    ///< seconds
-/// The calibration as it is has at most this share of the score of the best.
-constexpr double least_gain = 0.85;
-/// Chance makes scores of up to 0.3.
-constexpr double least_score = 0.35;
 constexpr std::size_t least_views = 3;
 constexpr int verdicts = 2; ///< that must agree before the state changes
-/// Chi-squared that one more part must explain.
-constexpr double worth_a_part = 16;
 
-/// What is known before looking: one sigma.
-RigError prior() {
+/// One sigma of a wrong calibration, and of a right one.
+RigError sigma_of(double turned, double moved, double focal_share, double lag_s) {
     RigError sigma;
-    sigma << RigError::Constant(2 * degree).head<3>(), RigError::Constant(0.010).head<3>(), 0.03,
-        0.03, 0.5;
+    sigma << RigError::Constant(turned).head<3>(), RigError::Constant(moved).head<3>(), focal_share,
+        lag_s, 0.5;
     return sigma;
 }
-const RigError sigma = prior();
-
-/// What all edges of one view may have in common: one sigma, for a camera that moves at `rate`.
-/// Exposure times are not told, and rows are exposed one after the other.
-RigError common_error(const Twist &rate) {
-    constexpr double jitter_s = 0.004;
-    const double turned = 0.05 * degree + jitter_s * rate.tail<3>().norm();
-    const double moved = 0.001 + jitter_s * rate.head<3>().norm();
-    RigError error;
-    error << turned, turned, turned, moved, moved, moved, 0.003, jitter_s, 0.2;
-    return error;
-}
+const RigError wrong = sigma_of(2 * degree, 0.010, 0.03, 0.03);
+const RigError right = sigma_of(0.05 * degree, 0.001, 0.0015, 0.003);
+/// Log of the odds, before looking, that one part is wrong.
+const double log_odds = std::log(0.05);
+/// A fit far from the calibration must be so much more like edges than the best one near it, and
+/// by so many deviations of the tiles' differences.
+constexpr double least_improvement = 1.25;
+constexpr double least_gain = 1;
+/// Noise scores less than 0.15, whatever the error; edges of real surfaces more than 0.27.
+constexpr double least_score = 0.2;
+/// Score that one sigma of a wrong calibration costs.
+constexpr double prior_cost = 0.02;
+/// Once there are enough views, one of so many measurements looks far away.
+constexpr std::size_t searched_interval = 4;
 
 struct Range {
     int first, count;
 };
 constexpr std::array<Range, calibration_parts> part_ranges = {
     {{turn, 3}, {displacement, 3}, {focal, 1}, {lag, 1}}};
+
+const std::array<EdgeKernel, 4> kernels = {EdgeKernel(3), EdgeKernel(1.7), EdgeKernel(1),
+                                           EdgeKernel(0.6)};
 
 int level_for(const Intrinsics &camera, int levels) {
     int level = 1;
@@ -75,35 +60,68 @@ int level_for(const Intrinsics &camera, int levels) {
     return level;
 }
 
-/// The explanation of H x = g, in sigmas, by some parts alone and the margin.
-struct Explanation {
-    RigError x = RigError::Zero();
-    Matrix9 covariance = Matrix9::Zero();
-    double chi2 = 0;
+/// H x = g, the unknowns in units of `wrong`.
+struct Normal {
+    explicit Normal(const EdgeEvidence &e)
+        : H(Eigen::Matrix<float, 9, 9>(e.H.selfadjointView<Eigen::Lower>()).cast<double>()),
+          g(e.g.rowwise().sum().cast<double>().cwiseProduct(wrong)) {
+        H = wrong.asDiagonal() * H * wrong.asDiagonal();
+    }
+    Matrix9 H;
+    RigError g;
 };
 
-Explanation explain(const Matrix9 &H, const RigError &g, unsigned parts) {
-    RigError used = RigError::Zero();
-    used[margin] = 1;
-    for (std::size_t p = 0; p < calibration_parts; ++p)
-        if ((parts >> p & 1) != 0)
-            used.segment(part_ranges[p].first, part_ranges[p].count).setOnes();
-    // What is not used has no derivative, and keeps its prior.
-    const Matrix9 D = used.asDiagonal();
-    const Matrix9 A = D * H * D + Matrix9::Identity();
-    const auto decomposed = A.ldlt();
-    Explanation e;
-    e.x = decomposed.solve(D * g);
-    e.covariance = D * decomposed.solve(D);
-    e.chi2 = e.x.dot(D * g);
-    return e;
+/// What is assumed of the dispersion before looking, and as how many tiles it counts.
+constexpr double assumed_dispersion = 4;
+constexpr double assumed_tiles = 10;
+
+/// How much more the tiles' sums vary than their H says: the share of edges that is independent is
+/// its inverse.
+double dispersion(const EdgeEvidence &evidence, const Normal &normal) {
+    const Eigen::LDLT<Matrix9> inverse(normal.H + Matrix9::Identity());
+    double squares = 0;
+    int used = 0;
+    for (int t = 0; t < EdgeEvidence::tiles; ++t) {
+        const RigError g = evidence.g.col(t).cast<double>().cwiseProduct(wrong);
+        if (g.isZero(0))
+            continue;
+        squares += g.dot(inverse.solve(g));
+        ++used;
+    }
+    // Of the tiles' squares, the fit has taken as many as there are unknowns.
+    const double unknowns = inverse.solve(normal.H).trace();
+    const double seen = std::max(used - unknowns, 0.0);
+    const double of_tiles = squares / std::max(unknowns, 1e-3) * used / std::max(seen, 1.0);
+    return (assumed_tiles * assumed_dispersion + seen * of_tiles) / (assumed_tiles + seen);
+}
+
+/// By how many deviations the image is more like edges where one error puts them than where the
+/// other does: the tiles' differences tell their own spread.
+double gain(const EdgeEvidence &of, const EdgeEvidence &over) {
+    const auto difference = (of.score - over.score).eval();
+    return difference.sum() / std::max(difference.norm(), 1e-6f);
+}
+
+/// Means of squares, radians, of `count` edges' sums of pixels.
+Matrix9 of_directions(Matrix9 squares, int count, const Intrinsics &camera) {
+    squares.row(margin).setZero();
+    squares.col(margin).setZero();
+    // Seen across edges; there is as much along them.
+    return squares * (2 / (count * camera.fx * camera.fx));
 }
 
 } // namespace
 
+Pose correction(const RigError &error) {
+    Pose pose = exp((Twist() << error.segment<3>(displacement), error.segment<3>(turn)).finished());
+    pose.R.topRows<2>() *= 1 + error[focal];
+    pose.T.head<2>() *= 1 + error[focal];
+    return pose;
+}
+
 CalibrationWatch::CalibrationWatch(const Intrinsics &camera, int levels)
     : level_(level_for(camera, levels)), camera_(camera.at_level(level_)), finder_(edges),
-      profiles_(remembered_views, EdgeProfiles(edges)) {
+      dispersion_(assumed_dispersion) {
     views_.reserve(remembered_views);
     for (std::size_t i = 0; i < remembered_views; ++i)
         views_.emplace_back(camera_, edges); // a copy would have no room
@@ -111,109 +129,114 @@ CalibrationWatch::CalibrationWatch(const Intrinsics &camera, int levels)
 
 void CalibrationWatch::add(const DepthSurface &surface, const Intrinsics &surface_camera,
                            const Pose &pose, const Pyramid &image, const Twist &rate) {
-    const auto found = finder_.find(surface, surface_camera, pose);
+    learn(finder_.find(surface, surface_camera, pose), image.level(level_), rate);
+}
+
+void CalibrationWatch::learn(std::span<const DepthEdge> found, ImageView<const float> image,
+                             const Twist &rate) {
     if (static_cast<int>(found.size()) < least_edges || !rate.allFinite())
         return;
-    EdgeView &newest = views_[seen_++ % remembered_views];
-    newest.take(found, image.level(level_), rate);
+    EdgeView &newest = views_[seen_ % remembered_views];
+    newest.take(found, image, rate);
+    if (newest.size() < least_edges)
+        return;
+    ++seen_;
 
-    Fit best = refine(error_);
-    const RigError elsewhere = search(newest);
-    if (look(elsewhere) + against(elsewhere) > best.score)
-        if (const Fit fit = refine(elsewhere); fit.score > best.score)
-            best = fit;
-    const double as_calibrated = look(RigError::Zero());
-    if (as_calibrated > best.score)
-        if (const Fit fit = refine(RigError::Zero()); fit.score > best.score)
-            best = fit;
-    if (!best.error.allFinite() || !best.H.allFinite())
+    const bool searches = seen_ <= remembered_views || seen_ % searched_interval == 0;
+    RigError elsewhere = RigError::Zero();
+    if (searches) {
+        newest.look(RigError::Zero());
+        elsewhere = search(newest);
+    }
+    Fit best = refine(error_, kernels.size() - 1);
+    if (searches) {
+        if (pixels(elsewhere - best.error) > 1)
+            if (const Fit fit = refine(elsewhere, 0); fit.score > best.score)
+                best = fit;
+        Fit near = refine(RigError::Zero(), 0);
+        if (const Fit narrow = refine(RigError::Zero(), kernels.size() - 1);
+            narrow.score > near.score)
+            near = narrow;
+        if (near.score > best.score)
+            best = near;
+        credible_ = pixels(best.error - near.error) < 1 ||
+                    (best.score > least_improvement * near.score &&
+                     gain(best.evidence, near.evidence) > least_gain);
+    }
+    if (!best.error.allFinite())
         return;
     error_ = best.error;
-    judge(best, seen_ >= least_views && best.score > least_score &&
-                    as_calibrated < least_gain * best.score);
+    judge(best);
 }
 
-/// Looks up all images with an error; the mean of what is there.
-double CalibrationWatch::look(const RigError &error) {
-    double sum = 0;
-    int count = 0;
-    for (std::size_t i = 0; i < std::min(seen_, remembered_views); ++i) {
-        views_[i].look(error, profiles_[i]);
-        sum += views_[i].score(profiles_[i], RigError::Zero(), 1) * views_[i].size();
-        count += views_[i].size();
-    }
-    return sum / count;
+/// By how much an error moves edges, root mean square, pixels of the level.
+double CalibrationWatch::pixels(const RigError &error) const {
+    return std::sqrt(error.dot(sensitivity() * error)) * camera_.fx;
 }
 
-double CalibrationWatch::against(const RigError &error) const {
-    return -prior_cost * error.cwiseQuotient(sigma).squaredNorm();
+bool CalibrationWatch::differs(const RigError &corrected) const {
+    constexpr double deviations = 3;
+    RigError apart = suspected_ - corrected;
+    apart[lag] = 0;
+    const Matrix9 squares = sensitivity();
+    return apart.dot(squares * apart) >
+           deviations * deviations * (suspected_.isZero(0) ? 0.0 : (squares * covariance_).trace());
 }
 
-/// Weighted least squares with ever narrower kernels; the best of what was met on the way.
-CalibrationWatch::Fit CalibrationWatch::refine(const RigError &start) {
-    constexpr std::array<double, 5> kernels = {3, 2, 1.5, 1, 1};
-    // Means of kernels move by less than what they are the means of.
-    constexpr double stride = 1.3;
-    Fit best, at;
+float CalibrationWatch::shift(const RigError &corrected) const {
+    if (suspected_.isZero(0))
+        return 0;
+    const RigError left = suspected_ - corrected;
+    // The frames that follow may be of as fast a camera as the last measurements were.
+    double most = 0;
+    for (const Matrix9 &squares : {newest_sensitivity(), sensitivity()})
+        most = std::max(most, left.dot(squares * left) + (squares * covariance_).trace());
+    return static_cast<float>(std::sqrt(most));
+}
+
+void CalibrationWatch::gather(const RigError &error, std::size_t kernel, EdgeEvidence &sum) const {
+    for (std::size_t i = 0; i < std::min(seen_, remembered_views); ++i)
+        views_[i].gather(error, kernels[kernel], sum);
+}
+
+/// Weighted least squares with ever narrower kernels.
+CalibrationWatch::Fit CalibrationWatch::refine(const RigError &start, std::size_t kernel) {
+    Fit at;
     at.error = start;
-    for (const double kernel : kernels) {
-        at.score = look(at.error) + against(at.error);
-        const EdgeEvidence seen = gather(kernel);
-        at.H = gather(kernels.back()).H;
-        if (at.score > best.score)
-            best = at;
-        const Eigen::LDLT<Matrix9> system(seen.H + Matrix9::Identity());
-        at.error +=
-            stride * sigma.cwiseProduct(system.solve(seen.g - at.error.cwiseQuotient(sigma)));
+    for (std::size_t i = 0; i < std::min(seen_, remembered_views); ++i)
+        views_[i].look(start);
+    for (int again = 0; again < 2;) {
+        EdgeEvidence seen;
+        gather(at.error, kernel, seen);
+        const Normal normal(seen);
+        const Matrix9 H = normal.H / dispersion_ + Matrix9::Identity();
+        at.error += wrong.cwiseProduct(
+            H.ldlt().solve(normal.g / dispersion_ - at.error.cwiseQuotient(wrong)));
+        if (kernel + 1 < kernels.size())
+            ++kernel;
+        else
+            ++again;
     }
-    return best;
-}
-
-/// What the profiles that were looked up last say, in sigmas of the prior.
-EdgeEvidence CalibrationWatch::gather(double kernel) const {
-    EdgeEvidence sum;
-    for (std::size_t i = 0; i < std::min(seen_, remembered_views); ++i) {
-        EdgeEvidence view;
-        views_[i].gather(profiles_[i], kernel, view);
-        if (!(view.weight > 0))
-            continue;
-        const double spread =
-            kernel_factor * std::max(std::sqrt(view.squares / view.weight), least_spread);
-        const double share = independent_share / (spread * spread);
-        const Matrix9 S = sigma.asDiagonal();
-        const Matrix9 H = share * S * view.H * S;
-        // However many edges a view has, what they have in common stays: (H^-1 + F)^-1.
-        const RigError floor = common_error(views_[i].rate()).cwiseQuotient(sigma).cwiseAbs2();
-        const Eigen::PartialPivLU<Matrix9> damping(Matrix9::Identity() + H * floor.asDiagonal());
-        sum.H += damping.solve(H);
-        sum.g += damping.solve(share * S * view.g);
-    }
-    return sum;
+    gather(at.error, kernel, at.evidence);
+    int count = 0;
+    for (std::size_t i = 0; i < std::min(seen_, remembered_views); ++i)
+        count += views_[i].size();
+    at.score = at.evidence.score.sum() / static_cast<float>(count) -
+               prior_cost * at.error.cwiseQuotient(wrong).squaredNorm();
+    return at;
 }
 
 /// The error that fits one view best: turns, then rolls and focal lengths, and so on.
-RigError CalibrationWatch::search(const EdgeView &view) {
+RigError CalibrationWatch::search(const EdgeView &view) const {
     constexpr double step_px = 1.5;
     constexpr int rounds = 3, widest = 7, again = 2, rolls = 4;
-    EdgeProfiles &profiles = profiles_[0]; // looked up anew afterwards
-    view.look(RigError::Zero(), profiles);
     const double tilt = step_px / camera_.fx;
     const double roll = 2 * step_px / camera_.width;
     RigError best = RigError::Zero();
-    double most = -1e9;
     const auto scan = [&](int a, double step_a, int b, double step_b, int n) {
-        const RigError base = best;
-        for (int j = -n; j <= n; ++j)
-            for (int i = -n; i <= n; ++i) {
-                RigError at = base;
-                at[a] += i * step_a;
-                at[b] += j * step_b;
-                const double score = view.score(profiles, at, 2) + against(at);
-                if (score > most) {
-                    most = score;
-                    best = at;
-                }
-            }
+        const RigError by_a = step_a * RigError::Unit(a), by_b = step_b * RigError::Unit(b);
+        const Eigen::Vector2i at = view.scan(best, by_a, by_b, n, 2);
+        best += at.x() * by_a + at.y() * by_b;
     };
     for (int round = 0; round < rounds; ++round) {
         scan(turn, tilt, turn + 1, tilt, round == 0 ? widest : again);
@@ -222,34 +245,47 @@ RigError CalibrationWatch::search(const EdgeView &view) {
     return best;
 }
 
-/// The fewest parts that explain the fit are what is wrong.
-void CalibrationWatch::judge(const Fit &fit, bool better) {
-    const RigError g = (fit.H + Matrix9::Identity()) * fit.error.cwiseQuotient(sigma);
-    Explanation best;
-    double most = -1;
+/// Which of the parts are wrong is told by the evidence (marginal likelihood) of each combination:
+/// wrong ones are distributed as `wrong`, the others as `right`.
+void CalibrationWatch::judge(const Fit &fit) {
+    const Normal normal(fit.evidence);
+    dispersion_ = dispersion(fit.evidence, normal);
+    const Matrix9 H = normal.H / dispersion_;
+    const RigError g = (H + Matrix9::Identity()) * fit.error.cwiseQuotient(wrong);
+
+    RigError best = RigError::Zero();
+    unsigned best_parts = 0;
+    double most = -1e300;
     for (unsigned parts = 0; parts < 1U << calibration_parts; ++parts) {
-        const Explanation e = explain(fit.H, g, parts);
-        const double worth = e.chi2 - worth_a_part * std::popcount(parts);
-        if (worth > most) {
-            most = worth;
-            best = e;
+        RigError scale = right.cwiseQuotient(wrong);
+        double log_evidence = 0;
+        for (std::size_t p = 0; p < calibration_parts; ++p)
+            if ((parts >> p & 1) != 0) {
+                scale.segment(part_ranges[p].first, part_ranges[p].count).setOnes();
+                log_evidence += log_odds;
+            }
+        const Matrix9 S = scale.asDiagonal();
+        const Eigen::LLT<Matrix9> posterior(Matrix9::Identity() + S * H * S);
+        const RigError b = S * g, x = posterior.solve(b);
+        log_evidence +=
+            0.5 * b.dot(x) - posterior.matrixL().toDenseMatrix().diagonal().array().log().sum();
+        if (log_evidence > most) {
+            most = log_evidence;
+            best = wrong.cwiseProduct(S * x);
+            covariance_ = wrong.asDiagonal() * (S * posterior.solve(S)) * wrong.asDiagonal();
+            best_parts = parts;
         }
     }
-    const RigError error = sigma.cwiseProduct(best.x);
-    const Matrix9 covariance = sigma.asDiagonal() * best.covariance * sigma.asDiagonal();
-    const Matrix9 squares = sensitivity();
-    const auto shift_by = [&](const RigError &e) { return std::sqrt(e.dot(squares * e)); };
-
-    RigError suspected = RigError::Zero();
+    suspected_.setZero();
     for (std::size_t p = 0; p < calibration_parts; ++p) {
         const auto [first, size] = part_ranges[p];
         RigError part = RigError::Zero();
-        part.segment(first, size) = error.segment(first, size);
+        part.segment(first, size) = best.segment(first, size);
         const double amount = part.norm();
         const RigError direction = part / std::max(amount, 1e-12);
-        const double deviation = std::sqrt(std::max(direction.dot(covariance * direction), 0.0));
-        const bool much = first == lag ? amount > least_lag : shift_by(part) > least_shift;
-        const bool suspect = better && much && amount > deviations * deviation;
+        const double deviation = std::sqrt(std::max(direction.dot(covariance_ * direction), 0.0));
+        const bool suspect = seen_ >= least_views && credible_ && fit.score > least_score &&
+                             (best_parts >> p & 1) != 0;
 
         CalibrationFinding &finding = state_.parts[p];
         finding.amount = static_cast<float>(size == 1 ? part[first] : amount);
@@ -260,15 +296,8 @@ void CalibrationWatch::judge(const Fit &fit, bool better) {
             against_[p] = 0;
         }
         if (finding.suspect)
-            suspected += part;
+            suspected_ += part;
     }
-    correction_ =
-        exp((Twist() << suspected.segment<3>(displacement), suspected.segment<3>(turn)).finished());
-    focal_scale_ = 1 + suspected[focal];
-    suspected[lag] = 0;
-    shift_ = static_cast<float>(shift_by(suspected));
-    corrected_shift_ =
-        suspected.isZero(0) ? 0.0f : static_cast<float>(std::sqrt((squares * covariance).trace()));
 }
 
 /// Squares of the derivatives of the edges' directions (radians) by the error, their mean.
@@ -276,13 +305,14 @@ CalibrationWatch::Matrix9 CalibrationWatch::sensitivity() const {
     Matrix9 squares = Matrix9::Zero();
     int count = 0;
     for (std::size_t i = 0; i < std::min(seen_, remembered_views); ++i) {
-        views_[i].add_sensitivity(squares);
+        squares += views_[i].sensitivity().cast<double>();
         count += views_[i].size();
     }
-    squares.row(margin).setZero();
-    squares.col(margin).setZero();
-    // Seen across edges; there is as much along them.
-    return squares * (2 / (count * camera_.fx * camera_.fx));
+    return of_directions(squares, count, camera_);
+}
+CalibrationWatch::Matrix9 CalibrationWatch::newest_sensitivity() const {
+    const EdgeView &newest = views_[(seen_ - 1) % remembered_views];
+    return of_directions(newest.sensitivity().cast<double>(), newest.size(), camera_);
 }
 
 } // namespace afterglow

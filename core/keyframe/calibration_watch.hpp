@@ -12,9 +12,14 @@
 #include <Eigen/Core>
 
 #include <array>
+#include <span>
 #include <vector>
 
 namespace afterglow {
+
+/// What takes points that the calibration brought to the colour camera to where an error says they
+/// are; a focal length is corrected by widening the view, so the matrix is not a rotation.
+Pose correction(const RigError &error);
 
 /// Watches whether depth maps and images still fit each other: where a surface ends before one
 /// further away, the image has an edge, too. The RigError that brings the edges of the last few
@@ -35,44 +40,46 @@ public:
 
     /// Absolute: relative to the calibration that add() was given.
     const CalibrationState &state() const { return state_; }
-    /// What takes points, brought by the calibration to the colour camera, to where they are, and
-    /// what that camera's focal lengths are to be multiplied with. Identity and 1, but for the
-    /// parts that are suspect.
-    const Pose &correction() const { return correction_; }
-    double focal_scale() const { return focal_scale_; }
-    /// By how much image directions are wrong, as calibrated and after correction: radians, one
-    /// sigma over the edges seen, 0 while rotation, translation and focal length are not suspect.
-    float shift() const { return shift_; }
-    float corrected_shift() const { return corrected_shift_; }
+    /// The error as far as it is suspect; rotation, translation and focal length of it can be
+    /// corrected.
+    const RigError &suspected() const { return suspected_; }
+    /// `corrected` is not what suspected() is, by more than its uncertainty; the lag does not
+    /// count.
+    bool differs(const RigError &corrected) const;
+    /// By how much image directions are wrong, radians, one sigma, where `corrected` of the error
+    /// is made good: in the newest measurement, or over the remembered ones if that is more. 0
+    /// while nothing is suspect.
+    float shift(const RigError &corrected = RigError::Zero()) const;
 
 private:
     using Matrix9 = Eigen::Matrix<double, 9, 9>;
     struct Fit {
-        RigError error = RigError::Zero();
-        double score = -1e9;         ///< mean of the profiles, less what the prior says against it
-        Matrix9 H = Matrix9::Zero(); ///< information, in sigmas of the prior
+        RigError error;
+        EdgeEvidence evidence; ///< there
+        double score = 0;      ///< mean over edges, less what is known against the error
     };
 
-    double look(const RigError &error);
-    double against(const RigError &error) const;
-    Fit refine(const RigError &start);
-    EdgeEvidence gather(double kernel) const;
-    RigError search(const EdgeView &view);
-    void judge(const Fit &fit, bool better);
+    void learn(std::span<const DepthEdge> edges, ImageView<const float> image, const Twist &rate);
+    void gather(const RigError &error, std::size_t kernel, EdgeEvidence &sum) const;
+    Fit refine(const RigError &start, std::size_t kernel);
+    RigError search(const EdgeView &view) const;
+    void judge(const Fit &fit);
     Matrix9 sensitivity() const;
+    Matrix9 newest_sensitivity() const;
+    double pixels(const RigError &error) const;
 
     int level_; ///< of the pyramid, that is looked at
     Intrinsics camera_;
     DepthEdges finder_;
     std::vector<EdgeView> views_;
-    std::vector<EdgeProfiles> profiles_; ///< of each view
-    std::size_t seen_ = 0;               ///< measurements so far
+    std::size_t seen_ = 0; ///< measurements so far
     RigError error_ = RigError::Zero();
+    double dispersion_;    ///< variance of what edges say, times how many share an error
+    bool credible_ = true; ///< error_ is near the calibration, or fits much better than that
     std::array<int, calibration_parts> against_{}; ///< verdicts in a row that differ from state_
     CalibrationState state_;
-    Pose correction_;
-    double focal_scale_ = 1;
-    float shift_ = 0, corrected_shift_ = 0;
+    RigError suspected_ = RigError::Zero();
+    Matrix9 covariance_ = Matrix9::Zero(); ///< of the error, the likeliest parts being wrong
 };
 
 } // namespace afterglow

@@ -12,10 +12,12 @@ KeyframePipeline::KeyframePipeline(const KeyframeOptions &options, const Views &
       keyframes_(options.compose.keyframes, views, options.surface, options.alignment_template),
       motion_(options.motion), tracker_(options, views, pool),
       arriving_(views.surface, options.surface), registration_(options, views),
-      calibration_watch_(views.tracking, options.alignment_template.coarsest_level),
       seen_(views.surface, views.tracking, views.surface_from_tracking.inverse(), options),
       published_(views.surface, views.published, views.published_from_surface(), options),
-      publication_(options, views, pool) {}
+      publication_(options, views, pool) {
+    if (views.calibrated)
+        guard_ = std::make_unique<CalibrationGuard>(options, views);
+}
 
 const Estimate &KeyframePipeline::track(LumaView luma, std::int64_t t_ns) {
     assert(luma.width() == views_.tracking.width && luma.height() == views_.tracking.height);
@@ -38,6 +40,8 @@ const Estimate &KeyframePipeline::measure(const Measurement &measurement) {
         depth_now_ = views_.surface_from_tracking * lag() * motion_.now();
     }
     arriving_.build(measurement.depth, pool_, registration_.correction(), measurement.amplitude);
+    if (guard_ && guard_->check(arriving_, motion_, measurement.lag_s, tracker_.image(), pool_))
+        keyframes_.clear(); // they were placed by another calibration
     if (keyframes_.size() > 0)
         register_map();
     if (keyframes_.size() == 0)
@@ -51,18 +55,16 @@ const Estimate &KeyframePipeline::measure(const Measurement &measurement) {
     k.alignment_template.build(tracker_.image(),
                                seen_.seen(k.surface, pool_, lag().inverse(), while_read()));
     tracker_.keyframe_added();
-    // The calibration of a device that registers its depth is its own.
-    if (views_.calibrated)
-        calibration_watch_.add(k.surface, views_.surface, views_.surface_from_tracking.inverse(),
-                               tracker_.image(), motion_.rate());
-    k.calibration_shift = calibration_watch_.shift();
+    if (guard_)
+        k.calibration_shift = guard_->shift();
     const Pose from_world = published_now();
     const DepthView shown =
         views_.publishes_readings()
             ? measurement.depth
             : published_.rendered(k.surface, from_world * depth_now_.inverse(), pool_,
                                   views_.publishes_tracking() ? while_read() : Twist::Zero());
-    return publication_.measured(shown, k, from_world, calibration_watch_.state());
+    return publication_.measured(shown, k, from_world,
+                                 guard_ ? guard_->state() : CalibrationState{});
 }
 
 Pose KeyframePipeline::published_now() const {

@@ -3,7 +3,7 @@
 
 #include "core/base/camera.hpp"
 #include "core/base/worker_pool.hpp"
-#include "core/keyframe/calibration_watch.hpp"
+#include "core/keyframe/calibration_guard.hpp"
 #include "core/keyframe/camera_motion.hpp"
 #include "core/keyframe/depth_publication.hpp"
 #include "core/keyframe/keyframe.hpp"
@@ -13,6 +13,7 @@
 #include "core/pipeline.hpp"
 
 #include <cstdint>
+#include <memory>
 
 namespace afterglow {
 
@@ -50,7 +51,8 @@ private:
     KeyframeTracker tracker_;
     DepthSurface arriving_;
     MapRegistration registration_;
-    CalibrationWatch calibration_watch_;
+    /// Null: a device has registered the depth, and its calibration is its own.
+    std::unique_ptr<CalibrationGuard> guard_;
     SurfaceRegistration seen_;      ///< measured surfaces as the tracking camera sees them
     SurfaceRegistration published_; ///< and the published one
     DepthPublication publication_;

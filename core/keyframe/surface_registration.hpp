@@ -12,8 +12,27 @@
 
 namespace afterglow {
 
-/// Shows the surfaces that one camera measured as another camera of the same body sees them. What
-/// is hidden from that camera is not there, and what it alone sees is a hole.
+/// Renders the surfaces that one camera measured as another one sees them. What is hidden from that
+/// camera is not there, and what it alone sees is a hole.
+///
+/// Allocates when made; run() is real-time safe.
+class SurfaceRendering {
+public:
+    SurfaceRendering(const Intrinsics &from, const Intrinsics &to, const KeyframeOptions &options);
+
+    /// Depth, millimetres, 0 = none, unfiltered, valid until the next call. `pose` takes points of
+    /// the surface's frame to the other camera's, and need not be rigid. `while_read`:
+    /// RollingShutter::motion.
+    DepthView run(const DepthSurface &surface, const Pose &pose, WorkerPool &pool,
+                  const Twist &while_read = Twist::Zero());
+
+private:
+    Warp warp_;
+    DepthMap depth_;
+    Image<std::uint8_t> edge_distance_; ///< is not used
+};
+
+/// Shows the surfaces that one camera measured as another camera of the same body sees them.
 ///
 /// Allocates when made; the calls are real-time safe.
 class SurfaceRegistration {
@@ -27,25 +46,21 @@ public:
     /// `while_read`: RollingShutter::motion.
     const DepthSurface &seen(const DepthSurface &surface, WorkerPool &pool, const Pose &motion = {},
                              const Twist &while_read = Twist::Zero());
-    /// The same as depth, millimetres, 0 = none, unfiltered; `pose` takes points of the surface's
-    /// frame to the other camera's. Valid until the next call.
+    /// SurfaceRendering::run(), where both cameras are not one.
     DepthView rendered(const DepthSurface &surface, const Pose &pose, WorkerPool &pool,
                        const Twist &while_read = Twist::Zero());
 
 private:
-    struct Rendering {
-        Rendering(const Intrinsics &from, const Intrinsics &to, const KeyframeOptions &options)
-            : warp(from, to, options.warp), depth(to.width, to.height),
-              edge_distance(to.width, to.height), surface(to, options.surface) {}
+    struct Seen {
+        Seen(const Intrinsics &from, const Intrinsics &to, const KeyframeOptions &options)
+            : rendering(from, to, options), surface(to, options.surface) {}
 
-        Warp warp;
-        DepthMap depth;
-        Image<std::uint8_t> edge_distance; ///< not used
+        SurfaceRendering rendering;
         DepthSurface surface;
     };
 
     Pose pose_;
-    std::unique_ptr<Rendering> rendering_; ///< null: both cameras are one
+    std::unique_ptr<Seen> seen_; ///< null: both cameras are one
 };
 
 } // namespace afterglow

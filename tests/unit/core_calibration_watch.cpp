@@ -73,10 +73,9 @@ Twist moved(double x, double y, double z) {
     return (Twist() << x, y, z, 0, 0, 0).finished();
 }
 
-/// Mean distance, pixels of the image, between where a calibration puts points of the TOF camera
+/// Mean distance, pixels of the image, between where a correction puts points of the TOF camera
 /// and where they belong.
-double misplaced(const Intrinsics &camera, const Pose &calibrated, double focal_scale,
-                 const Pose &truth, double focal) {
+double misplaced(const Intrinsics &camera, const Pose &corrected, const Pose &truth, double focal) {
     double sum = 0;
     int count = 0;
     for (const double z : {1.0, 2.0, 4.0})
@@ -84,12 +83,15 @@ double misplaced(const Intrinsics &camera, const Pose &calibrated, double focal_
             for (int u = 40; u < camera.width; u += 80, ++count) {
                 const Eigen::Vector3d assumed = camera.back_project(u, v, z);
                 const Eigen::Vector3d real{assumed.x() / (1 - focal), assumed.y() / (1 - focal), z};
-                Intrinsics scaled = camera;
-                scaled.fx *= focal_scale;
-                scaled.fy *= focal_scale;
-                sum += (scaled.project(calibrated * assumed) - camera.project(truth * real)).norm();
+                sum += (camera.project(corrected * assumed) - camera.project(truth * real)).norm();
             }
     return sum / count;
+}
+double misplaced(const Watched &rig, const Pose &truth, double focal) {
+    return misplaced(rig.rig.camera(), correction(rig.watch.suspected()), truth, focal);
+}
+double misplaced_as_calibrated(const Watched &rig, const Pose &truth, double focal) {
+    return misplaced(rig.rig.camera(), {}, truth, focal);
 }
 
 } // namespace
@@ -99,8 +101,7 @@ TEST_CASE("a calibration that is right is not suspect, whether the camera moves 
     Watched rig({.seed = seed, .motion = motion}, {});
     CHECK(rig.suspects_after(10) == Names{});
     CHECK(rig.watch.shift() == 0.0f);
-    CHECK(rig.watch.correction().T.norm() == 0);
-    CHECK(rig.watch.focal_scale() == 1);
+    CHECK(rig.watch.suspected().isZero(0));
 }
 
 TEST_CASE("a TOF camera that is turned by two degrees is suspect, by how much, and corrected",
@@ -109,35 +110,32 @@ TEST_CASE("a TOF camera that is turned by two degrees is suspect, by how much, a
         table<double, double, double, double>({{2, 0, 0, 1}, {0, -2, 0, 0}, {0, 0, 2, 1}}));
     const Twist wrong = turned(x, y, z);
     Watched rig({.seed = 2, .motion = motion}, {.color_from_tof = wrong});
-    CHECK(rig.suspects_after(6) == Names{"rotation"});
+    const Names suspects = rig.suspects_after(10); // a translation may be told beside it
+    REQUIRE_FALSE(suspects.empty());
+    CHECK(suspects.front() == "rotation");
     const CalibrationFinding found = rig.watch.state()[CalibrationPart::rotation];
     CHECK(found.amount == Approx(2 * degree).margin(0.3 * degree));
-    const Intrinsics &camera = rig.rig.camera();
     const Pose truth = afterglow::exp(wrong);
-    CHECK(misplaced(camera, rig.watch.correction(), rig.watch.focal_scale(), truth, 0) <
-          0.25 * misplaced(camera, Pose::identity(), 1, truth, 0));
-    CHECK(rig.watch.shift() > 3 * rig.watch.corrected_shift());
+    CHECK(misplaced(rig, truth, 0) < 0.25 * misplaced_as_calibrated(rig, truth, 0));
+    CHECK(rig.watch.shift() > 3 * rig.watch.shift(rig.watch.suspected()));
 }
 
 TEST_CASE("a focal length that is wrong by three percent is suspect and corrected", "[core]") {
     const double focal = GENERATE(0.03, -0.03);
     Watched rig({.seed = 2, .motion = 1}, {.focal = focal});
-    CHECK(rig.suspects_after(6) == Names{"focal-length"});
+    CHECK(rig.suspects_after(10) == Names{"focal-length"});
     CHECK(rig.watch.state()[CalibrationPart::focal_length].amount == Approx(focal).margin(0.008));
-    const Intrinsics &camera = rig.rig.camera();
-    CHECK(misplaced(camera, rig.watch.correction(), rig.watch.focal_scale(), {}, focal) <
-          0.4 * misplaced(camera, Pose::identity(), 1, {}, focal));
+    CHECK(misplaced(rig, {}, focal) < 0.4 * misplaced_as_calibrated(rig, {}, focal));
 }
 
 // Seen from one distance a shift looks like a turn, and either will do.
 TEST_CASE("a TOF camera that is ten millimetres off is suspect and corrected", "[core]") {
-    const double x = GENERATE(0.01, -0.01);
-    Watched rig({.seed = 5, .motion = 1}, {.color_from_tof = moved(x, 0, 0)});
-    CHECK(rig.suspects_after(10).size() == 1);
-    const Intrinsics &camera = rig.rig.camera();
-    const Pose truth = afterglow::exp(moved(x, 0, 0));
-    CHECK(misplaced(camera, rig.watch.correction(), rig.watch.focal_scale(), truth, 0) <
-          0.6 * misplaced(camera, Pose::identity(), 1, truth, 0));
+    const auto [x, y, z] = GENERATE(
+        table<double, double, double>({{0.01, 0, 0}, {-0.01, 0, 0}, {0, -0.01, 0}, {0, 0, 0.01}}));
+    Watched rig({.seed = 5, .motion = 1}, {.color_from_tof = moved(x, y, z)});
+    CHECK_FALSE(rig.suspects_after(10).empty());
+    const Pose truth = afterglow::exp(moved(x, y, z));
+    CHECK(misplaced(rig, truth, 0) < 0.6 * misplaced_as_calibrated(rig, truth, 0));
 }
 
 TEST_CASE("depth that is exposed 30 ms early or late is suspect where the camera moves", "[core]") {
@@ -145,13 +143,13 @@ TEST_CASE("depth that is exposed 30 ms early or late is suspect where the camera
     Watched rig({.seed = 2, .motion = 1}, {.lag_s = lag_s});
     CHECK(rig.suspects_after(10) == Names{"lag"});
     CHECK(rig.watch.state()[CalibrationPart::lag].amount == Approx(lag_s).margin(0.008));
-    CHECK(rig.watch.shift() == 0.0f);
+    CHECK(rig.watch.shift() > 2 * rig.watch.shift(rig.watch.suspected()));
 }
 
 TEST_CASE("a calibration is trusted again when images and depth agree again", "[core]") {
     const SyntheticOptions options{.seed = 2, .motion = 0};
     Watched wrong(options, {.color_from_tof = turned(0, 2, 0)});
-    REQUIRE(wrong.suspects_after(5) == Names{"rotation"});
+    REQUIRE(wrong.suspects_after(10) == Names{"rotation"});
     WrongRig right(options, {});
     DepthSurface surface(right.camera(), {});
     Pyramid image(right.camera().width, right.camera().height, levels);
@@ -219,17 +217,24 @@ TEST_CASE("what says nothing of the calibration changes nothing", "[core]") {
     }
     CHECK_FALSE(watch.state().suspect());
     CHECK(watch.shift() == 0.0f);
-    CHECK(watch.correction().is_finite());
-    CHECK(watch.focal_scale() == 1);
+    CHECK(watch.suspected().isZero(0));
 }
 
-TEST_CASE("estimates of a rig whose calibration is wrong are expected to be so", "[core]") {
-    WrongRig rig({.seed = 2, .motion = 1}, {.color_from_tof = turned(0, 2, 0)});
+TEST_CASE("after ten measurements a wrong calibration is told and its errors are expected",
+          "[core]") {
+    const auto [seed, wrong] =
+        GENERATE(table<std::uint64_t, Miscalibration>({{2, {.color_from_tof = turned(0, 2, 0)}},
+                                                       {2, {.color_from_tof = moved(0.01, 0, 0)}},
+                                                       {4, {.color_from_tof = moved(0, -0.01, 0)}},
+                                                       {4, {.focal = -0.03}},
+                                                       {4, {.lag_s = -0.03}}}));
+    CAPTURE(seed);
+    WrongRig rig({.seed = seed, .motion = 1}, wrong);
     WorkerPool pool(1);
     const CameraModel camera{.pinhole = rig.camera()};
     const RigGeometry told({.color = camera, .tof = camera}, camera, Pose::identity());
     const auto pipeline = pipeline_factory({}, pool)(told);
-    constexpr int frames = 64, interval = 6;
+    constexpr int interval = 6, learning = 10 * interval, frames = learning + 4 * interval;
     double true_sum = 0, expected_sum = 0;
     int worse = 0, estimates = 0;
     for (int k = 0; k < frames; ++k) {
@@ -240,7 +245,7 @@ TEST_CASE("estimates of a rig whose calibration is wrong are expected to be so",
             pipeline->measure(rig.depth);
             continue;
         }
-        if (!estimate.calibration.suspect())
+        if (k < learning)
             continue;
         double sum = 0;
         int count = 0;
@@ -253,13 +258,14 @@ TEST_CASE("estimates of a rig whose calibration is wrong are expected to be so",
                 ++count;
             }
         REQUIRE(count > 1000);
+        CHECK(estimate.calibration.suspect());
         const double mre = 100 * sum / count;
         true_sum += mre;
         expected_sum += estimate.expected_mre;
         worse += mre > 1.5 * estimate.expected_mre;
         ++estimates;
     }
-    REQUIRE(estimates > 10);
+    CAPTURE(true_sum / estimates, expected_sum / estimates);
     CHECK(worse == 0);
-    CHECK(true_sum < expected_sum);
+    CHECK(true_sum < 1.5 * expected_sum);
 }

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/keyframe/calibration_guard.hpp"
+
+namespace afterglow {
+
+CalibrationGuard::CalibrationGuard(const KeyframeOptions &options, const Views &views)
+    : views_(views), corrects_(views.publishes_tracking() || !views.publishes_surface()),
+      watch_(views.tracking, options.alignment_template.coarsest_level),
+      rendering_(views.surface, views.surface, options) {}
+
+bool CalibrationGuard::check(DepthSurface &surface, const CameraMotion &motion, double lag_s,
+                             const Pyramid &image, WorkerPool &pool) {
+    const Pose tracking_from_surface = views_.surface_from_tracking.inverse();
+    watch_.add(surface, views_.surface, motion.moved_in(lag_s).inverse() * tracking_from_surface,
+               image, motion.rate());
+    if (!corrects_)
+        return false;
+    // What a lag moves may look turned or shifted, too.
+    const bool correctable = !state()[CalibrationPart::lag].suspect;
+    const bool changed = correctable ? watch_.differs(applied_) : !applied_.isZero(0);
+    if (changed)
+        applied_ = correctable ? watch_.suspected() : RigError::Zero();
+    if (!applied_.isZero(0)) {
+        const Pose moved =
+            views_.surface_from_tracking * correction(applied_) * tracking_from_surface;
+        surface.build(rendering_.run(surface, moved, pool), pool);
+    }
+    return changed;
+}
+
+} // namespace afterglow

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/base/pyramid.hpp"
+#include "core/base/worker_pool.hpp"
+#include "core/keyframe/calibration_watch.hpp"
+#include "core/keyframe/camera_motion.hpp"
+#include "core/keyframe/depth_surface.hpp"
+#include "core/keyframe/keyframe_options.hpp"
+#include "core/keyframe/surface_registration.hpp"
+#include "core/keyframe/views.hpp"
+
+namespace afterglow {
+
+/// Keeps a calibration true: watches it, and moves measured surfaces from where the TOF camera is
+/// found to be to where it is told to be, so that nothing else needs to know. While a lag is
+/// suspect nothing is moved. Depth that is published along the TOF camera's own rays stays where it
+/// was measured.
+///
+/// Allocates when made; check() is real-time safe. One thread.
+class CalibrationGuard {
+public:
+    CalibrationGuard(const KeyframeOptions &options, const Views &views);
+
+    /// A measured surface, exposed `lag_s` seconds after `image` as stamps say, is looked at and
+    /// corrected. `motion`: of the tracking camera. True when the correction has changed.
+    bool check(DepthSurface &surface, const CameraMotion &motion, double lag_s,
+               const Pyramid &image, WorkerPool &pool);
+    const CalibrationState &state() const { return watch_.state(); }
+    /// CalibrationWatch::shift() of what is not corrected.
+    float shift() const { return watch_.shift(applied_); }
+
+private:
+    Views views_;
+    bool corrects_;
+    CalibrationWatch watch_;
+    RigError applied_ = RigError::Zero(); ///< what surfaces are corrected by
+    SurfaceRendering rendering_;
+};
+
+} // namespace afterglow
