@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/base/pyramid.hpp"
+#include "tests/catch.hpp"
+
+#include <random>
+
+using namespace afterglow;
+
+TEST_CASE("a pyramid's pixels are exact means", "[core]") {
+    std::mt19937 random(1);
+    std::uniform_int_distribution<int> grey(0, 255);
+    // Widths with and without a rest of a vector, an odd one, and views into wider images.
+    for (const int width : {16, 37, 64, 90, 131, 640})
+        for (const bool extreme : {false, true}) {
+            constexpr int height = 17, levels = 3;
+            Luma image(width + 5, height);
+            for (std::uint8_t &pixel : image.pixels())
+                pixel =
+                    static_cast<std::uint8_t>(extreme ? 255 * (grey(random) % 2) : grey(random));
+            const LumaView view(image.row(0) + 2, width, height, image.width());
+            Pyramid pyramid(width, height, levels);
+            pyramid.build(view);
+            for (int level = 1; level <= levels; ++level) {
+                const ImageView<const float> halved = pyramid.level(level);
+                const int size = 1 << level;
+                REQUIRE(halved.width() == width >> level);
+                REQUIRE(halved.height() == height >> level);
+                for (int v = 0; v < halved.height(); ++v)
+                    for (int u = 0; u < halved.width(); ++u) {
+                        int sum = 0;
+                        for (int y = 0; y < size; ++y)
+                            for (int x = 0; x < size; ++x)
+                                sum += view(size * u + x, size * v + y);
+                        CAPTURE(width, level, u, v);
+                        REQUIRE(halved(u, v) ==
+                                static_cast<float>(sum) / static_cast<float>(size * size));
+                    }
+            }
+        }
+}
