@@ -152,7 +152,8 @@ TEST_CASE("a mapped tile shows the nearest pixels of the surface, moved along it
         std::vector<std::uint16_t> drawn(size * (size + 5), 7);
         std::array<int, size * size> offsets{};
         const bool whole = draw_mapped(tile, surface, drawn.data(), size + 5, offsets.data());
-        const auto &[a, b, c, e] = tile.corners;
+        const MappedCorner &a = tile.corners[0], &b = tile.corners[1];
+        const MappedCorner &c = tile.corners[2], &e = tile.corners[3];
         const Eigen::Matrix2f diagonals{{e.u - a.u, e.v - a.v}, {c.u - b.u, c.v - b.v}};
         const Eigen::Vector2f slope = (diagonals.inverse() * Eigen::Vector2f(e.z - a.z, c.z - b.z))
                                           .cwiseMax(-0.03f * a.z)
