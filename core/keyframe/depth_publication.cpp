@@ -54,7 +54,8 @@ DepthPublication::DepthPublication(const KeyframeOptions &options, const Views &
     : views_(views), camera_(views.published), options_(options), composer_(views, options, pool),
       motion_mask_(views, options.alignment), local_errors_(views.published) {
     const ImageView<const std::uint8_t> cells = motion_mask_.moving();
-    judged_moving_.resize(static_cast<std::size_t>(cells.width() * cells.height()));
+    judged_moving_.resize(static_cast<std::size_t>(cells.width()) *
+                          static_cast<std::size_t>(cells.height()));
     estimate_.depth = composer_.depth();
     estimate_.confidence = composer_.confidence();
 }

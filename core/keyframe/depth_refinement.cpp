@@ -74,7 +74,7 @@ struct Sums {
     std::array<int, DepthComparisons::bins + 1> histogram{};
     int sampled = 0, compared = 0, inliers = 0;
 
-    Matrix6 H() const {
+    Matrix6 information() const {
         Matrix6 H;
         const float *sum = products.data();
         for (int i = 0; i < columns; ++i, ++sum)
@@ -146,7 +146,7 @@ DepthFit refine_by_depth(const DepthSurface &from, const DepthSurface &to, const
         fit.compared_share = static_cast<float>(sums.compared) / static_cast<float>(sums.sampled);
         if (i == options.iterations)
             break;
-        Matrix6 H = independent_readings * sums.H() + start_information;
+        Matrix6 H = independent_readings * sums.information() + start_information;
         const Vector6 off = log(pose * start.inverse()).cast<float>();
         const Vector6 g = independent_readings * sums.g() - start_information * off;
         H.diagonal() += 1e-5f * H.diagonal() + Vector6::Constant(1e-3f);

@@ -43,7 +43,7 @@ DepthSurface::DepthSurface(const Intrinsics &camera, const SurfaceOptions &optio
       flags_(static_cast<std::size_t>(camera.width) + sizeof(std::uint64_t)),
       tiles_(camera.width, camera.height) {
     for (std::vector<std::int16_t> &steps : steps_)
-        steps.resize(static_cast<std::size_t>(camera.width + 2 * row_slack));
+        steps.resize(static_cast<std::size_t>(camera.width) + 2 * row_slack);
 }
 
 void DepthSurface::build(DepthView depth, WorkerPool &pool, const DepthCorrection &correction,

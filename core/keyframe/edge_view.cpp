@@ -66,7 +66,8 @@ EdgeKernel::EdgeKernel(double spread)
         for (int s = -reach_; s <= reach_; ++s) {
             const double d = s - (static_cast<double>(p) + 0.5) / places;
             const double w = std::exp(-0.5 * d * d / (spread * spread));
-            weights_[p][static_cast<std::size_t>(s + radius)] = static_cast<float>(w);
+            const int at = s + radius;
+            weights_[p][static_cast<std::size_t>(at)] = static_cast<float>(w);
             sum += w;
             squares += w * d * d;
         }
