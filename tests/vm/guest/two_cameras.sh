@@ -58,10 +58,12 @@ TOML
     rm -rf published played offline
     mkdir published
     watch_depth "$bus" room 12 published | tee frames.log || { cat daemon.log; fail "right frames"; }
-    # One map is measured, and eleven are estimated of it. A second one would come an image later
-    # than offline: what the driver's queue held while the map was not wanted is read first.
-    count_of() { awk -v source="$1" '$2 == source' frames.log | wc -l; }
-    [ "$(count_of 1)" -eq 1 ] && [ "$(count_of 2)" -eq 11 ] || { cat daemon.log; fail "12 frames"; }
+    # One map is measured, for the first image or for the one after, and all later ones are estimated
+    # of it. A second one would come an image later than offline: what the driver's queue held while
+    # the map was not wanted is read first.
+    awk '$2 == 1 { ++measured } measured && $2 == 2 { ++estimated }
+         END { exit !(measured == 1 && estimated >= 10 && measured + estimated >= NR - 1) }' \
+        frames.log || { cat daemon.log; fail "one map is measured, and the rest follow from it"; }
     kill $daemon
     wait $daemon
     as_offline --published "$view" --set gate.interval_frames=12
