@@ -9,6 +9,7 @@
 
 // clang-format off: after Highway, once for each instruction set
 #include "core/base/lanes-inl.hpp"
+#include "core/keyframe/sensor_noise-inl.hpp"
 // clang-format on
 
 HWY_BEFORE_NAMESPACE();
@@ -132,10 +133,8 @@ void compare(const ComparedPoints &points, const DepthSurface &to, const Intrins
                                                  hn::Mul(dv, hn::Load(d, &seen.v[at]))));
         auto error = hn::IfThenElseZero(shown, hn::Sub(here, Z));
 
-        const auto curve = hn::Add(set(noise.linear), hn::Mul(depth, set(noise.quadratic_per_m)));
-        const auto sigma = hn::Max(hn::Add(set(noise.floor_m), hn::Mul(depth, curve)),
-                                   hn::Mul(set(noise.least_relative), depth));
-        const auto per_sigma = hn::Div(one, hn::IfThenElse(shown, sigma, one));
+        const auto deviation = hn::IfThenElse(shown, sigma(d, noise, depth), one);
+        const auto per_sigma = hn::Div(one, deviation);
         const auto n = hn::Mul(hn::Abs(error), per_sigma);
         const auto robust = hn::Div(width2, hn::Add(hn::Mul(n, n), width2));
         const auto root = hn::Mul(robust, per_sigma);

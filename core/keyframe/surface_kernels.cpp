@@ -11,6 +11,7 @@
 
 // clang-format off: after Highway, once for each instruction set
 #include "core/base/lanes-inl.hpp"
+#include "core/keyframe/sensor_noise-inl.hpp"
 // clang-format on
 
 HWY_BEFORE_NAMESPACE();
@@ -90,15 +91,6 @@ SensorNoise in_units(const SensorNoise &noise, const DepthUnits &units, float fa
             factor * noise.quadratic_per_m * units.metres(), factor * noise.least_relative};
 }
 
-template <class V>
-HWY_API V sigma(const SensorNoise &noise, V z) {
-    const HalfFloats d;
-    const auto curve =
-        hn::Add(hn::Set(d, noise.linear), hn::Mul(z, hn::Set(d, noise.quadratic_per_m)));
-    return hn::Max(hn::Add(hn::Set(d, noise.floor_m), hn::Mul(z, curve)),
-                   hn::Mul(hn::Set(d, noise.least_relative), z));
-}
-
 int load(const ReadingRow &row, const DepthUnits &units, UnitDepth *HWY_RESTRICT z) {
     const ReadingRow in = row; // a copy, which nothing written here can change
     const Units d;
@@ -141,8 +133,9 @@ void steps(const UnitDepth *HWY_RESTRICT z, int count, const EdgeRule &of, const
     const Units d;
     const SensorNoise noise = in_units(of.noise, units, 6.0f);
     const float relative = 2.0f * of.edge_relative;
+    const HalfFloats df;
     const auto step = [&](auto depth) HWY_ATTR {
-        return hn::Add(hn::Mul(hn::Set(HalfFloats(), relative), depth), sigma(noise, depth));
+        return hn::Add(hn::Mul(hn::Set(df, relative), depth), sigma(df, noise, depth));
     };
     for (int i = 0; i < count; i += lanes) {
         const auto depth = hn::LoadU(d, z + i);
@@ -194,7 +187,7 @@ Slopes slopes(const UnitDepth *HWY_RESTRICT pixels, const UnitDepth *HWY_RESTRIC
         };
         const auto a = load(pixels), b = load(next);
         const auto near = hn::Min(a, b), difference = hn::Abs(hn::Sub(a, b));
-        const auto deviation = sigma(noise, near);
+        const auto deviation = sigma(d, noise, near);
         const auto step =
             hn::Add(hn::Mul(hn::Set(d, relative), near), hn::Mul(hn::Set(d, 3.0f), deviation));
         const auto exists = hn::Lt(hn::Iota(di, i), hn::Set(di, count));
@@ -238,7 +231,7 @@ HWY_API void smooth_by(const SmoothedRow &in, const SensorNoise &sensor, const D
         const auto z = hn::LoadU(d, from + i);
         const auto tenth_of_z = hn::MulFixedPoint15(z, tenth);
         const auto six_sigmas =
-            lower_limit(sigma(noise, lower_floats(z)), sigma(noise, upper_floats(z)));
+            lower_limit(sigma(df, noise, lower_floats(z)), sigma(df, noise, upper_floats(z)));
         // Never the whole depth: then holes would be readings.
         const auto limit = hn::Min(hn::Min(six_sigmas, hn::Sub(z, tenth_of_z)), most);
         const auto pair_limit = hn::Add(limit, tenth_of_z);
