@@ -78,6 +78,14 @@ namespace {
 HWY_EXPORT(halve_bytes);
 HWY_EXPORT(halve_floats);
 
+void halve(const std::uint8_t *a, const std::uint8_t *b, int count, float *out) {
+    HWY_DYNAMIC_DISPATCH(halve_bytes)(a, b, count, out);
+}
+
+void halve(const float *a, const float *b, int count, float *out) {
+    HWY_DYNAMIC_DISPATCH(halve_floats)(a, b, count, out);
+}
+
 } // namespace
 
 Pyramid::Pyramid(int width, int height, int levels) {
@@ -89,14 +97,12 @@ Pyramid::Pyramid(int width, int height, int levels) {
 void Pyramid::build(LumaView image) {
     Image<float> &first = levels_[0];
     for (int v = 0; v < first.height(); ++v)
-        HWY_DYNAMIC_DISPATCH(halve_bytes)
-    (image.row(2 * v), image.row(2 * v + 1), first.width(), first.row(v));
+        halve(image.row(2 * v), image.row(2 * v + 1), first.width(), first.row(v));
     for (std::size_t l = 1; l < levels_.size(); ++l) {
         const Image<float> &from = levels_[l - 1];
         Image<float> &to = levels_[l];
         for (int v = 0; v < to.height(); ++v)
-            HWY_DYNAMIC_DISPATCH(halve_floats)
-        (from.row(2 * v), from.row(2 * v + 1), to.width(), to.row(v));
+            halve(from.row(2 * v), from.row(2 * v + 1), to.width(), to.row(v));
     }
 }
 
