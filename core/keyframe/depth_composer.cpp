@@ -13,11 +13,6 @@ namespace {
 /// Keyframes of which less than this is in view are not worth a warp.
 constexpr float least_visible_share = 0.1f;
 
-struct Candidate {
-    int keyframe;
-    float visible_share;
-};
-
 /// A map is drawn anew when its pixels show what is farther than this from what they should, or
 /// nearer or farther by this share of its depth.
 constexpr float same_place_px = 0.1f, same_depth = 0.0005f;
@@ -44,84 +39,102 @@ void DepthComposer::clear() {
     misplaced_ = 0;
     std::ranges::fill(depth_.pixels(), std::uint16_t{0});
     std::ranges::fill(confidence_.pixels(), std::uint8_t{0});
-    covered_ = drawn_ = 0;
+    covered_ = layer_count_ = 0;
     confidence_sum_ = 0;
 }
 
 void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const Pose &now,
                             const Alignment &alignment, const Twist &while_read, int enough,
                             const DepthCorrection &correction) {
-    std::array<Candidate, most_layers> candidates{};
-    int count = 0;
-    const bool several = options_.compose.maps_per_frame > 1;
-    for (int i = 0; i < keyframes.size() && count < most_layers; ++i) {
-        if (i != reference && !several)
-            continue;
-        const Pose pose = now * keyframes[i].depth_from_world.inverse();
-        const float share = i == reference ? 2.0f
-                                           : visible_share(keyframes[i].surface, views_.surface,
-                                                           pose, views_.published);
-        if (share > least_visible_share)
-            candidates[static_cast<std::size_t>(count++)] = {i, share};
-    }
-    std::sort(
-        candidates.begin(), candidates.begin() + count,
-        [](const Candidate &a, const Candidate &b) { return a.visible_share > b.visible_share; });
-    RollingShutter shutter;
-    if (views_.publishes_tracking()) { // other cameras show one instant
-        if (views_.readout_s > 0)
-            shutter.motion = while_read;
-        else
-            shutter.skew = views_.surface_from_tracking.R.cast<float>() * alignment.skew;
-    }
-    const Pose first = now * keyframes[reference].depth_from_world.inverse();
-    drawn_anew_ = !looks_as_drawn(keyframes[reference], first, shutter);
+    const auto pose_of = [&](const Keyframe &k) { return now * k.depth_from_world.inverse(); };
+    const Keyframe &first = keyframes[reference];
+    const Drawn next = {first.t_ns, pose_of(first), shutter(alignment, while_read)};
+    drawn_anew_ = !looks_as_drawn(first, next);
     if (!drawn_anew_)
         return;
-    covered_ = drawn_ = 0;
+    drawn_ = next;
+    covered_ = layer_count_ = 0;
     misplaced_ = 0;
-    for (int i = 0; i < std::min(count, options_.compose.maps_per_frame); ++i) {
-        if (i > 0 && covered_ >= enough)
-            break;
-        const Keyframe &k = keyframes[candidates[static_cast<std::size_t>(i)].keyframe];
-        Layer &layer = layers_[static_cast<std::size_t>(drawn_++)];
-        layer.pose = now * k.depth_from_world.inverse();
-        layer.shutter = shutter;
-        layer.t_ns = k.t_ns;
-        layer.noise = k.surface.noise();
-        if (i == 0) {
+    std::array<int, most_layers> room{};
+    for (const int i : pick_keyframes(keyframes, reference, now, room)) {
+        const Keyframe &k = keyframes[i];
+        const Pose pose = pose_of(k);
+        if (layer_count_ == 0) {
             covered_ =
-                warp_.run(k.surface, layer.pose, pool_, depth_, classes_, correction, shutter);
+                warp_.run(k.surface, pose, pool_, depth_, classes_, correction, next.shutter);
+        } else if (covered_ < enough) {
+            // The skew is known of the reference alone.
+            warp_.run(k.surface, pose, pool_, further_, further_edges_, correction,
+                      {.motion = next.shutter.motion});
+            fill_in();
         } else {
-            if (views_.readout_s <= 0)
-                layer.shutter.skew.setZero(); // that of the alignment's keyframe is known alone
-            warp_.run(k.surface, layer.pose, pool_, further_, further_edges_, correction,
-                      layer.shutter);
-            fill_in(i);
+            break;
         }
-        layer.error = map_error(k.surface, views_, layer.pose, alignment.covariance, options_.error,
+        Layer &layer = layers_[static_cast<std::size_t>(layer_count_++)];
+        layer.noise = k.surface.noise();
+        layer.error = map_error(k.surface, views_, pose, alignment.covariance, options_.error,
                                 k.calibration_shift);
         misplaced_ = std::max(misplaced_, layer.error.misplaced);
     }
 }
 
+/// Of the map to be drawn: cameras other than the tracking one show one instant.
+RollingShutter DepthComposer::shutter(const Alignment &alignment, const Twist &while_read) const {
+    if (!views_.publishes_tracking())
+        return {};
+    if (views_.readout_s > 0)
+        return {.motion = while_read};
+    return {.skew = views_.surface_from_tracking.R.cast<float>() * alignment.skew};
+}
+
+/// The reference and, if several maps are to be drawn, other keyframes, those first that see most
+/// of the view. Returns the part of `picked` that is used.
+std::span<const int> DepthComposer::pick_keyframes(const KeyframeSet &keyframes, int reference,
+                                                   const Pose &now,
+                                                   std::span<int, most_layers> picked) const {
+    picked.front() = reference;
+    const int most = options_.compose.maps_per_frame;
+    if (most <= 1)
+        return picked.first(1);
+    struct Candidate {
+        int keyframe;
+        float visible_share;
+    };
+    std::array<Candidate, most_layers> others{};
+    int count = 0;
+    for (int i = 0; i < keyframes.size() && count < most_layers - 1; ++i) {
+        if (i == reference)
+            continue;
+        const Pose pose = now * keyframes[i].depth_from_world.inverse();
+        const float share =
+            visible_share(keyframes[i].surface, views_.surface, pose, views_.published);
+        if (share > least_visible_share)
+            others[static_cast<std::size_t>(count++)] = {i, share};
+    }
+    std::sort(others.begin(), others.begin() + count, [](const Candidate &a, const Candidate &b) {
+        return a.visible_share > b.visible_share;
+    });
+    count = std::min(count, most - 1);
+    std::transform(others.begin(), others.begin() + count, picked.begin() + 1,
+                   [](const Candidate &candidate) { return candidate.keyframe; });
+    return picked.first(static_cast<std::size_t>(count) + 1);
+}
+
 /// Whether the map drawn last would hardly change, were it drawn again: by where it shows a few
 /// points.
-bool DepthComposer::looks_as_drawn(const Keyframe &keyframe, const Pose &pose,
-                                   const RollingShutter &shutter) const {
+bool DepthComposer::looks_as_drawn(const Keyframe &keyframe, const Drawn &next) const {
     constexpr int across = 5;
-    const Layer &drawn = layers_.front();
-    if (drawn_ == 0 || drawn.t_ns != keyframe.t_ns || options_.compose.maps_per_frame > 1)
+    if (layer_count_ == 0 || drawn_.t_ns != next.t_ns || options_.compose.maps_per_frame > 1)
         return false;
     const float f = static_cast<float>(camera_.fx);
-    const Twist motion = shutter.motion - drawn.shutter.motion;
+    const Twist motion = next.shutter.motion - drawn_.shutter.motion;
     const double nearest = keyframe.surface.options().nearest_m;
-    const float by_shutter = f * ((shutter.skew - drawn.shutter.skew).norm() +
+    const float by_shutter = f * ((next.shutter.skew - drawn_.shutter.skew).norm() +
                                   static_cast<float>(motion.tail<3>().norm()) +
                                   static_cast<float>(motion.head<3>().norm() / nearest));
     if (!(by_shutter < same_place_px))
         return false;
-    const Pose moved = pose * drawn.pose.inverse();
+    const Pose moved = next.pose * drawn_.pose.inverse();
     for (int y = 0; y < across; ++y)
         for (int x = 0; x < across; ++x) {
             const int u = x * (camera_.width - 1) / (across - 1);
@@ -136,7 +149,7 @@ bool DepthComposer::looks_as_drawn(const Keyframe &keyframe, const Pose &pose,
 }
 
 /// Pixels that are still empty get what a further map has.
-void DepthComposer::fill_in(int layer) {
+void DepthComposer::fill_in() {
     for (int v = 0; v < camera_.height; ++v) {
         const std::uint16_t *further = further_.row(v);
         const std::uint8_t *edge = further_edges_.row(v);
@@ -146,7 +159,7 @@ void DepthComposer::fill_in(int layer) {
             if (depth[u] != 0 || further[u] == 0)
                 continue;
             depth[u] = further[u];
-            of[u] = static_cast<std::uint8_t>(edge[u] | layer << layer_shift);
+            of[u] = static_cast<std::uint8_t>(edge[u] | layer_count_ << layer_shift);
             ++covered_;
         }
     }
@@ -154,7 +167,7 @@ void DepthComposer::fill_in(int layer) {
 
 DepthComposer::ConfidenceTable DepthComposer::confidences(float error_scale) const {
     ConfidenceTable table{};
-    for (int l = 0; l < drawn_; ++l)
+    for (int l = 0; l < layer_count_; ++l)
         for (int d = 1; d <= DepthSurface::far_from_edge; ++d) {
             const Layer &layer = layers_[static_cast<std::size_t>(l)];
             for (int b = 0; b < depth_bins; ++b)
@@ -250,7 +263,7 @@ ImageView<const ComparedErrors> DepthComposer::compare(DepthView measured) {
 }
 
 void DepthComposer::overlay(DepthView measured) {
-    drawn_ = 0;
+    layer_count_ = 0;
     for (int v = 0; v < camera_.height; ++v) {
         const std::uint16_t *in = measured.row(v);
         std::uint16_t *depth = depth_.row(v);

@@ -14,6 +14,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 
 namespace afterglow {
 
@@ -74,18 +75,23 @@ private:
     /// Confidence by class and by bin of depth; none where there is no depth.
     using ConfidenceTable =
         std::array<std::array<std::uint8_t, depth_bins>, most_layers << layer_shift>;
-    /// A map as it was drawn.
+    /// Of when, from where and how the first map of the composed one was drawn.
+    struct Drawn {
+        std::int64_t t_ns = 0; ///< Keyframe's
+        Pose pose;             ///< from its depth camera to the published one
+        RollingShutter shutter;
+    };
+    /// What the confidences of a map's pixels follow from.
     struct Layer {
         MapError error;
         SensorNoise noise;
-        Pose pose;
-        RollingShutter shutter;
-        std::int64_t t_ns = 0; ///< Keyframe's
     };
 
-    bool looks_as_drawn(const Keyframe &keyframe, const Pose &pose,
-                        const RollingShutter &shutter) const;
-    void fill_in(int layer);
+    RollingShutter shutter(const Alignment &alignment, const Twist &while_read) const;
+    bool looks_as_drawn(const Keyframe &keyframe, const Drawn &next) const;
+    std::span<const int> pick_keyframes(const KeyframeSet &keyframes, int reference,
+                                        const Pose &now, std::span<int, most_layers> picked) const;
+    void fill_in();
     ConfidenceTable confidences(float error_scale) const;
     /// Sum of the confidences of a cell's pixels.
     std::uint32_t judge_cell(int x, int y, const ConfidenceTable &table, const Doubts &doubts);
@@ -101,8 +107,9 @@ private:
     DepthMap further_; ///< a further map, and its edge distances
     Image<std::uint8_t> further_edges_;
     Image<ComparedErrors> compared_;
+    Drawn drawn_;
     std::array<Layer, most_layers> layers_;
-    int drawn_ = 0; ///< layers of which the map consists; 0: it is none that compose() has drawn
+    int layer_count_ = 0; ///< of the composed map; 0: compose() has not drawn the map
     int covered_ = 0;
     std::uint64_t confidence_sum_ = 0;
     float misplaced_ = 0; ///< MapError's, the most of the maps drawn
