@@ -38,7 +38,8 @@ struct Drawn {
 
 } // namespace
 
-TEST_CASE("the confidence of a composed map is what its depth and edges deserve", "[core]") {
+TEST_CASE("a composed map's confidence follows from each pixel's depth and distance from edges",
+          "[core]") {
     Drawn drawn;
     const Pose now = drawn.shifted(9);
     drawn.compose(now);
@@ -75,7 +76,8 @@ TEST_CASE("the confidence of a composed map is what its depth and edges deserve"
     CHECK(drawn.composer.expected_mre() == Approx(100 * sum / covered).epsilon(1e-3));
 }
 
-TEST_CASE("doubts about a cell lower the confidence of its pixels alone", "[core]") {
+TEST_CASE("a composed map's confidence is lowered only in cells where measurements found errors",
+          "[core]") {
     Drawn drawn;
     drawn.compose(drawn.shifted(9));
     drawn.composer.judge({});
@@ -105,7 +107,7 @@ TEST_CASE("doubts about a cell lower the confidence of its pixels alone", "[core
     CHECK(drawn.composer.expected_mre() > mre);
 }
 
-TEST_CASE("a map is drawn anew when it would look otherwise, and only then", "[core]") {
+TEST_CASE("a composed map is kept while the camera rests and drawn anew when it moves", "[core]") {
     Drawn drawn;
     drawn.compose(drawn.shifted(3));
     CHECK(drawn.composer.drawn_anew());

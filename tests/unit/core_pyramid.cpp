@@ -6,7 +6,7 @@
 
 using namespace afterglow;
 
-TEST_CASE("a pyramid's pixels are exact means", "[core]") {
+TEST_CASE("each pixel of an image pyramid is the exact mean of the pixels below it", "[core]") {
     std::mt19937 random(1);
     std::uniform_int_distribution<int> grey(0, 255);
     // Widths with and without a rest of a vector, an odd one, and views into wider images.

@@ -7,7 +7,9 @@
 
 using namespace afterglow;
 
-TEST_CASE("tiles of a surface tell what is on them", "[core]") {
+TEST_CASE(
+    "each tile of a surface tells its depths, its least edge distance and whether it has holes",
+    "[core]") {
     // No multiples of a tile.
     constexpr int width = 43, height = 29, px = SurfaceTiles::tile_px;
     std::mt19937 random(1);

@@ -109,7 +109,8 @@ TEST_CASE("warping moves a point to its projection and its new depth", "[core]")
     CHECK(landed > 150);
 }
 
-TEST_CASE("each row of a view that is read slowly shows its own time", "[core]") {
+TEST_CASE("warping to a rolling shutter's view shows each row at the time when it is read",
+          "[core]") {
     Twist motion;
     motion << 0.02, -0.01, 0.03, 0.03, -0.02, 0.05;
     DepthMap map = wall(0);
@@ -138,7 +139,7 @@ TEST_CASE("each row of a view that is read slowly shows its own time", "[core]")
     CHECK(elsewhere > 100);
 }
 
-TEST_CASE("an edge that is not carried hides what is behind it", "[core]") {
+TEST_CASE("warping lets a depth edge that is left out hide what is behind it", "[core]") {
     // Seen from 10 cm to the left the plate hides the wall at its right side: it goes 15 pixels to
     // the right and the wall 7.5.
     const auto through_the_edge = [](bool edges_hide) {
@@ -159,7 +160,7 @@ TEST_CASE("an edge that is not carried hides what is behind it", "[core]") {
     CHECK(through_the_edge(true) == 0);
 }
 
-TEST_CASE("warping keeps the nearest surface on a pixel", "[core]") {
+TEST_CASE("warping shows the nearest of the surfaces that land on a pixel", "[core]") {
     // The plate goes 15 pixels to the right, the wall half of that.
     const Carried carried(wall_and_plate(), shifted(0.1, 0, 0), 1, all_carried());
     for (int v = 32; v < 68; ++v)
@@ -179,7 +180,7 @@ TEST_CASE("warping leaves disocclusions empty and does not widen silhouettes", "
     CHECK(uncovered >= 30 * 6);
 }
 
-TEST_CASE("warping fills the cracks of an approaching surface", "[core]") {
+TEST_CASE("warping fills the cracks of a surface that is carried point by point", "[core]") {
     const Pose nearer = shifted(0, 0, -0.4); // 2 m to 1.6 m: one pixel in five is missed
     DepthMap pierced = wall(2000);           // so that its points are carried one by one
     for (int v = 3; v < camera.height; v += 8)
@@ -194,7 +195,7 @@ TEST_CASE("warping fills the cracks of an approaching surface", "[core]") {
         REQUIRE((mm == 0 || mm == 1600));
 }
 
-TEST_CASE("a smooth surface has no cracks", "[core]") {
+TEST_CASE("warping leaves no cracks in a smooth surface", "[core]") {
     WarpOptions torn;
     torn.crack_px = 0;
     const Carried carried(wall(2000), shifted(0, 0, -0.4), 1, torn);
@@ -204,7 +205,7 @@ TEST_CASE("a smooth surface has no cracks", "[core]") {
         REQUIRE((mm == 0 || mm == 1600));
 }
 
-TEST_CASE("a smooth surface is drawn where and as far as it is", "[core]") {
+TEST_CASE("warping shows a leaning plane at its place and depth", "[core]") {
     // A plane n . X = 1 that leans to two sides, seen from elsewhere.
     const Eigen::Vector3d n = Eigen::Vector3d(0.15, -0.1, 1) / 2.0;
     const Pose pose{rotation({0.03, -0.04, 0.2}), {0.06, -0.05, 0.1}};
@@ -249,7 +250,7 @@ TEST_CASE("warping shows no far surface through the cracks of a near one", "[cor
             REQUIRE(carried.depth(u, v) < 1.0f);
 }
 
-TEST_CASE("warping is identical for any number of workers", "[core]") {
+TEST_CASE("warping gives the same map for any number of workers", "[core]") {
     const Pose pose{rotation({0.02, 0.1, 0.05}), {0.1, -0.05, -0.2}};
     const Carried one(wall_and_plate(), pose);
     for (const int workers : {2, 3, 7}) {
@@ -274,7 +275,7 @@ TEST_CASE("warping draws nothing from behind the camera, out of view or by an in
     }
 }
 
-TEST_CASE("what is drawn of a surface tells its distance from the next edge", "[core]") {
+TEST_CASE("warping tells how far each pixel's point is from the next depth edge", "[core]") {
     const Carried carried(wall_and_plate(), shifted(0.02, 0, 0));
     int counted = 0;
     for (int v = 0; v < camera.height; ++v)

@@ -27,7 +27,7 @@ std::vector<float> broken_depths(std::mt19937 &random, std::size_t count) {
 
 } // namespace
 
-TEST_CASE("readings of warped pixels are found in vectors as one by one") {
+TEST_CASE("warped pixels become the same readings in vectors as one by one") {
     std::mt19937 random(4);
     std::uniform_real_distribution<float> any(0.0f, warped_farthest_m);
     std::uniform_int_distribution<int> edge(0, warped_edge_mask);
@@ -59,7 +59,7 @@ TEST_CASE("readings of warped pixels are found in vectors as one by one") {
     }
 }
 
-TEST_CASE("points land where they are projected to, and nowhere else") {
+TEST_CASE("a surface's points land on the pixels of the view that they are projected to") {
     std::mt19937 random(5);
     constexpr int width = 40, height = 30, count = 40;
     const RowMotion still = {Eigen::Matrix3f::Zero(), Eigen::Vector3f::Zero(), 0, 0, false};
@@ -103,7 +103,8 @@ TEST_CASE("points land where they are projected to, and nowhere else") {
     }
 }
 
-TEST_CASE("a pixel is doubtful when it is empty beside others, or lies behind both neighbours") {
+TEST_CASE(
+    "a warped pixel may be a crack if it is empty beside others, or lies behind both neighbours") {
     std::mt19937 random(6);
     constexpr int count = 37;
     const auto row = [&] {
@@ -136,7 +137,8 @@ TEST_CASE("a pixel is doubtful when it is empty beside others, or lies behind bo
     }
 }
 
-TEST_CASE("a mapped tile shows the nearest pixels of the surface, moved along its slope") {
+TEST_CASE(
+    "a smooth tile of the view shows the nearest pixels of the surface, moved along its slope") {
     std::mt19937 random(7);
     std::uniform_real_distribution<float> some(-1.0f, 1.0f);
     constexpr int width = 61, height = 53, size = mapped_tile_px;
