@@ -6,8 +6,11 @@
 #include "core/keyframe/surface_projection.hpp"
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
+#include <algorithm>
 #include <cstdint>
+#include <optional>
 
 namespace afterglow {
 
@@ -18,15 +21,19 @@ enum class TileContent : std::uint8_t {
     mixed,   ///< anything else
 };
 
-/// Which tiles of a view show one smooth piece of a surface, and where its pixels are on the
+/// Which tiles of a view show one smooth part of a surface, and where their pixels are on the
 /// surface: those need no projection of single points, and nothing hides anything there.
+///
+/// The view is parted into tiles, the surface into pieces (SurfaceTile).
 ///
 /// Allocates when made; the calls are real-time safe.
 class TileMapping {
 public:
     static constexpr int tile_px = mapped_tile_px;
 
-    TileMapping(const Intrinsics &from, const Intrinsics &to);
+    /// Smooth tiles show no point nearer to a depth edge than `least_edge_distance_px`, and none on
+    /// an edge.
+    TileMapping(const Intrinsics &from, const Intrinsics &to, int least_edge_distance_px);
 
     /// `margin_px`: what mixed tiles need to know of their surroundings.
     void find(const DepthSurface &surface, const SurfaceProjection &projection, float margin_px);
@@ -34,7 +41,7 @@ public:
     int columns() const { return tiles_.width(); }
     int rows() const { return tiles_.height(); }
     TileContent content(int x, int y) const { return tiles_(x, y).content; }
-    /// Least edge distance of the points on a tile, pixels.
+    /// Least edge distance of the points on a smooth tile, pixels.
     int least_edge_distance(int x, int y) const { return tiles_(x, y).least_edge_distance; }
     /// A smooth tile's corners.
     MappedTile mapped(int x, int y) const;
@@ -67,38 +74,45 @@ public:
     }
 
 private:
+    /// Where a piece of the surface is seen.
+    struct SeenPiece {
+        Eigen::AlignedBox2f box;          ///< pixels of the view; empty: nowhere
+        Eigen::Vector2f to_surface{0, 0}; ///< from its centre's picture, nearest, to its centre
+        bool in_front = true;             ///< no part of it is behind the camera
+    };
+    /// What is known of a tile of the view.
     struct Tile {
         TileContent content = TileContent::nothing;
         std::uint8_t least_edge_distance = 255;
         float nearest = 0, farthest = 0;  ///< depths on the surface, metres
-        Eigen::Vector2f to_surface{0, 0}; ///< shift of the nearest surface tile's centre
+        Eigen::Vector2f to_surface{0, 0}; ///< of the nearest piece
     };
-    /// A corner of tiles of the view.
-    struct Corner : MappedCorner {
-        bool tried = false, found = false;
+    /// A corner of up to four tiles of the view, which is looked for once.
+    struct Corner {
+        bool tried = false;
+        std::optional<MappedCorner> found;
     };
-    /// Tiles of the view, both ends included.
-    struct Range {
-        int x0, y0, x1, y1;
-        bool empty() const { return x0 > x1 || y0 > y1; }
-    };
-    Range range(const Eigen::AlignedBox2f &box, float margin_px) const;
-    /// Where a tile of the surface is seen.
-    struct Outline {
-        Eigen::AlignedBox2f box;
-        Eigen::Vector2f to_surface{0, 0}; ///< shift of its nearest depth's picture to its centre
-        bool crosses_camera = false;
-    };
-    Outline outline(const SurfaceTile &tile, int x, int y, const SurfaceProjection &projection,
-                    float nearest_m) const;
-    bool find_corner(int x, int y, const Eigen::Vector2f &to_surface, const DepthSurface &surface,
-                     const SurfaceProjection &projection);
+
+    void project_pieces(const DepthSurface &surface, const SurfaceProjection &projection);
+    SeenPiece project_piece(const SurfaceTile &piece, int x, int y,
+                            const SurfaceProjection &projection, float nearest_m) const;
+    void put_on_tiles(ImageView<const SurfaceTile> pieces);
+    void add(const SurfaceTile &piece, const SeenPiece &seen, Tile &tile) const;
+    void check_smooth(const DepthSurface &surface, const SurfaceProjection &projection);
+    bool is_smooth(int x, int y, const DepthSurface &surface, const SurfaceProjection &projection);
+    std::optional<MappedCorner> find_corner(const Eigen::Vector2f &at,
+                                            const Eigen::Vector2f &to_surface,
+                                            const DepthSurface &surface,
+                                            const SurfaceProjection &projection) const;
+    void find_landing(float margin_px);
+    Eigen::AlignedBox2i tiles_in(const Eigen::AlignedBox2f &box, float margin_px) const;
 
     Intrinsics from_, to_;
+    int least_edge_distance_;
+    Image<SeenPiece> seen_;
+    Image<std::uint8_t> landing_; ///< by piece: whether it is seen in, or around, mixed tiles
     Image<Tile> tiles_;
     Image<Corner> corners_;
-    Image<Eigen::AlignedBox2f> boxes_; ///< of the surface's tiles, where they are seen
-    Image<std::uint8_t> landing_;
 };
 
 } // namespace afterglow

@@ -37,7 +37,7 @@ void keep_nearest_shared(std::span<const int> offsets, const WarpedPixel *values
 } // namespace
 
 Warp::Warp(const Intrinsics &from, const Intrinsics &to, const WarpOptions &options)
-    : from_(from), to_(to), options_(options), tiles_(from, to),
+    : from_(from), to_(to), options_(options), tiles_(from, to, options.least_edge_distance_px),
       nearest_(to.width + 2 * margin(), to.height + 2 * margin()) {}
 
 ImageView<const WarpedPixel> Warp::landed() const {

@@ -2,6 +2,7 @@
 #include "core/keyframe/warp.hpp"
 #include "tests/catch.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -50,11 +51,11 @@ DepthMap wall(std::uint16_t mm) {
     return {camera.width, camera.height, mm};
 }
 
-/// A wall 2 m ahead with a plate 1 m ahead, from column 50 to 89 and row 30 to 69.
-DepthMap wall_and_plate() {
+/// A wall 2 m ahead with a plate of 40 x 40 pixels 1 m ahead, from column `left` and row `top` on.
+DepthMap wall_and_plate(int left = 50, int top = 30) {
     DepthMap map = wall(2000);
-    for (int v = 30; v < 70; ++v)
-        for (int u = 50; u < 90; ++u)
+    for (int v = top; v < top + 40; ++v)
+        for (int u = left; u < left + 40; ++u)
             map(u, v) = 1000;
     return map;
 }
@@ -288,4 +289,26 @@ TEST_CASE("warping tells how far each pixel's point is from the next depth edge"
     CHECK(carried.edges(54, 50) == 2);
     CHECK(carried.edges(57, 50) == 5);
     CHECK(carried.edges(70, 50) == DepthSurface::far_from_edge);
+}
+
+TEST_CASE("warping carries no reading nearer to a depth edge than asked for", "[core]") {
+    WarpOptions options;
+    options.least_edge_distance_px = GENERATE(1, 2, 4, 7);
+    options.edges_hide = GENERATE(false, true);
+    CAPTURE(options.least_edge_distance_px, options.edges_hide);
+    int least = 255;
+    // The plate begins at the last pixel of a piece, so that the next one is whole and near to the
+    // edge; it moves on by half a pixel each time, so that it comes to lie anywhere on the tiles.
+    const DepthMap map =
+        wall_and_plate(5 * SurfaceTiles::tile_px + 7, 3 * SurfaceTiles::tile_px + 7);
+    for (int k = 0; k <= 2 * TileMapping::tile_px; ++k) {
+        const double by = 0.5 * k / camera.fx;
+        const Carried carried(map, shifted(by, by, 0), 1, options);
+        for (int v = 0; v < camera.height; ++v)
+            for (int u = 0; u < camera.width; ++u)
+                if (carried.edges(u, v) != 0)
+                    least = std::min<int>(least, carried.edges(u, v));
+        CHECK(carried.drawn > camera.width * camera.height / 2);
+    }
+    CHECK(least == options.least_edge_distance_px);
 }
