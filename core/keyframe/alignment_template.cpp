@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/keyframe/alignment_template.hpp"
 
+#include "core/keyframe/steepest_gradients.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -33,22 +35,34 @@ float level_depth(const DepthSurface &surface, int level, int u, int v) {
     return sum / static_cast<float>(count);
 }
 
+/// The square cells that an image is parted into, as small as may be.
+struct Cells {
+    Cells(int width, int height, int most) {
+        while (across(width) * across(height) > most)
+            ++size;
+    }
+    int across(int pixels) const { return (pixels + size - 1) / size; }
+
+    int size = 1;
+};
+
 } // namespace
 
 TemplatePoints::TemplatePoints(int capacity) {
     const int rows = (capacity + block - 1) / block * block;
     for (std::vector<float> *column : {&x, &y, &z, &intensity, &row, &gradient})
         column->resize(static_cast<std::size_t>(rows));
-    J.setZero(rows, 6);
+    J.setZero(rows, derivatives);
 }
 
 AlignmentTemplate::AlignmentTemplate(const Intrinsics &camera, const TemplateOptions &options)
-    : options_(options) {
+    : options_(options), steepness_(static_cast<std::size_t>(camera.width)),
+      steepest_row_(steepness_.size()) {
     for (int l = 0; l <= options.coarsest_level; ++l) {
         cameras_.push_back(camera.at_level(l));
-        const int pixels = cameras_.back().width * cameras_.back().height;
-        const bool used = l >= options.finest_level;
-        levels_.emplace_back(used ? std::min(options.points_per_level, pixels) : 0);
+        const int w = cameras_.back().width, h = cameras_.back().height;
+        const Cells cells(w, h, options.points_per_level);
+        levels_.emplace_back(l >= options.finest_level ? cells.across(w) * cells.across(h) : 0);
     }
 }
 
@@ -57,40 +71,29 @@ void AlignmentTemplate::build(const Pyramid &image, const DepthSurface &surface)
         build_level(l, image.level(l), surface);
 }
 
-// The image is parted into square cells, as many as there may be points; the pixel with the
-// steepest gradient in each cell becomes a point.
+// The pixel with the steepest gradient in each cell becomes a point.
 void AlignmentTemplate::build_level(int level, ImageView<const float> image,
                                     const DepthSurface &surface) {
     const Intrinsics &c = cameras_[level];
     const int w = image.width(), h = image.height();
     TemplatePoints &points = levels_[level];
-    const int capacity = std::min(options_.points_per_level, w * h);
-    int cell = 1;
-    while (((w + cell - 1) / cell) * ((h + cell - 1) / cell) > capacity)
-        ++cell;
+    const int cell = Cells(w, h, options_.points_per_level).size;
     // A central difference halves the noise variance; halving the image halves its deviation.
     const float weakest = 2.0f * options_.pixel_noise / static_cast<float>(1 << std::min(level, 2));
     points.count = 0;
-    for (int v0 = 1; v0 < h - 1; v0 += cell)
+    for (int v0 = 1; v0 < h - 1; v0 += cell) {
+        find_steepest(image, v0, std::min(v0 + cell, h - 1), steepness_, steepest_row_);
         for (int u0 = 1; u0 < w - 1; u0 += cell) {
-            float best = weakest * weakest, best_gx = 0, best_gy = 0;
+            float best = weakest * weakest;
             int best_u = -1, best_v = -1;
-            for (int v = v0; v < std::min(v0 + cell, h - 1); ++v) {
-                const float *row = image.row(v);
-                const float *up = image.row(v - 1);
-                const float *down = image.row(v + 1);
-                for (int u = u0; u < std::min(u0 + cell, w - 1); ++u) {
-                    const float gx = 0.5f * (row[u + 1] - row[u - 1]);
-                    const float gy = 0.5f * (down[u] - up[u]);
-                    const float g2 = gx * gx + gy * gy;
-                    if (g2 > best) {
-                        best = g2;
-                        best_gx = gx;
-                        best_gy = gy;
-                        best_u = u;
-                        best_v = v;
-                    }
-                }
+            for (int u = u0; u < std::min(u0 + cell, w - 1); ++u) {
+                const auto column = static_cast<std::size_t>(u);
+                const float steepness = steepness_[column];
+                if (steepness < best || (steepness == best && steepest_row_[column] >= best_v))
+                    continue;
+                best = steepness;
+                best_u = u;
+                best_v = steepest_row_[column];
             }
             if (best_u < 0)
                 continue;
@@ -99,8 +102,10 @@ void AlignmentTemplate::build_level(int level, ImageView<const float> image,
                 continue;
             const float x = static_cast<float>((best_u - c.cx) / c.fx);
             const float y = static_cast<float>((best_v - c.cy) / c.fy);
-            const float a = best_gx * static_cast<float>(c.fx);
-            const float b = best_gy * static_cast<float>(c.fy);
+            const float gx = 0.5f * (image(best_u + 1, best_v) - image(best_u - 1, best_v));
+            const float gy = 0.5f * (image(best_u, best_v + 1) - image(best_u, best_v - 1));
+            const float a = gx * static_cast<float>(c.fx);
+            const float b = gy * static_cast<float>(c.fy);
             const auto i = static_cast<std::size_t>(points.count);
             points.x[i] = x * z;
             points.y[i] = y * z;
@@ -108,9 +113,13 @@ void AlignmentTemplate::build_level(int level, ImageView<const float> image,
             points.row[i] = static_cast<float>(best_v) / static_cast<float>(h) - 0.5f;
             points.intensity[i] = image(best_u, best_v);
             points.gradient[i] = std::sqrt(best);
-            points.J.row(points.count++) << a / z, b / z, -(a * x + b * y) / z,
-                -a * x * y - b * (1 + y * y), a * (1 + x * x) + b * x * y, -a * y + b * x;
+            const Eigen::RowVector3f by_turn(-a * x * y - b * (1 + y * y),
+                                             a * (1 + x * x) + b * x * y, -a * y + b * x);
+            points.J.row(points.count++) << a / z, b / z, -(a * x + b * y) / z, by_turn,
+                by_turn * points.row[i],
+                TemplatePoints::gain_unit * (points.intensity[i] - TemplatePoints::middle_grey);
         }
+    }
 }
 
 } // namespace afterglow

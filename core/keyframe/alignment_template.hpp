@@ -4,6 +4,7 @@
 #include "core/base/camera.hpp"
 #include "core/base/pyramid.hpp"
 #include "core/keyframe/depth_surface.hpp"
+#include "core/keyframe/weighted_products.hpp"
 
 #include <Eigen/Core>
 
@@ -25,7 +26,16 @@ struct TemplateOptions {
 /// The textured points of a keyframe on one level of its pyramid, column by column. Columns have
 /// whole blocks; what comes after `count` means nothing.
 struct TemplatePoints {
-    static constexpr int block = 64;
+    static constexpr int block = WeightedProducts::rows;
+    /// Columns of derivatives of the grey value that a template promises.
+    enum Derivative {
+        by_motion = 0, ///< 6: (v, w) of the scene, X -> X + v + w x X; per metre and per radian
+        by_skew = 6,   ///< 3: of a turn that grows by a radian from top to bottom
+        by_gain = 9,   ///< 1: of a gain about a middle grey value, in units of `gain_unit`
+        derivatives = 10
+    };
+    /// So that the column is about as large as the others.
+    static constexpr float gain_unit = 0.01f, middle_grey = 128;
 
     explicit TemplatePoints(int capacity);
 
@@ -34,9 +44,7 @@ struct TemplatePoints {
     std::vector<float> intensity; ///< grey value in the keyframe
     std::vector<float> row;       ///< place in the picture from top (-0.5) to bottom (0.5)
     std::vector<float> gradient;  ///< length of the image gradient, grey values per level's pixel
-    /// Derivative of the grey value by a small motion (v, w) of the scene: X -> X + v + w x X.
-    /// Grey values per metre and per radian.
-    Eigen::Matrix<float, Eigen::Dynamic, 6> J;
+    Eigen::Matrix<float, Eigen::Dynamic, derivatives> J; ///< grey values
 };
 
 /// All of a keyframe that direct alignment needs, worked out once: points with a strong gradient
@@ -58,6 +66,8 @@ private:
     TemplateOptions options_;
     std::vector<Intrinsics> cameras_;
     std::vector<TemplatePoints> levels_;
+    std::vector<float> steepness_; ///< of each column of a row of cells, and where
+    std::vector<int> steepest_row_;
 };
 
 } // namespace afterglow

@@ -6,199 +6,226 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <numeric>
 
 namespace afterglow {
 namespace {
 
-constexpr int unknowns = 11; // v, w, skew, gain, offset
-constexpr int at_skew = 6, at_gain = 9, at_offset = 10;
-/// The gain is solved for about a middle grey value and in units of its own, so that its column is
-/// as large as the others.
-constexpr float gain_unit = 0.01f, middle_grey = 128;
+constexpr int unknowns = TemplatePoints::derivatives + 1; // v, w, skew, gain, offset
+constexpr int at_skew = TemplatePoints::by_skew, at_gain = TemplatePoints::by_gain;
+constexpr int at_offset = TemplatePoints::derivatives;
+constexpr float gain_unit = TemplatePoints::gain_unit, middle_grey = TemplatePoints::middle_grey;
+/// The first of columns that have gain, offset and error among them; a multiple of 4.
+constexpr int first_of_brightness = at_gain / 4 * 4;
 using Vector = Eigen::Matrix<float, unknowns, 1>;
 using Matrix = Eigen::Matrix<float, unknowns, unknowns>;
-using Block = Eigen::Array<float, TemplatePoints::block, 1>;
 
-constexpr int bins = 64;
-constexpr float bin_width = 0.125f; // in expected deviations
-constexpr float inlier_limit = 2.5f;
+constexpr int inlier_bins = 20; // residuals below 2.5 expected deviations
+static_assert(inlier_bins * Residuals::bin_width == 2.5f);
+/// A level is left when a step is less than so many of the pose's standard deviations; the last one
+/// later, since no other improves on it.
+constexpr float coarse_step = 0.1f, last_step = 0.03f;
 constexpr float lowest_gain = 0.4f, highest_gain = 2.5f;
 /// Geman-McClure width in units of the residuals' own scale.
 constexpr float robust_width = 2.5f;
 
 } // namespace
 
+/// Of the residuals of a level at one placement.
 struct DirectAlignment::Sums {
-    Matrix H;
-    Vector g;
-    std::array<int, bins> histogram;
-    float cost;
-    float energy; ///< weighted sum of squared residuals, grey values
-    int inliers;
+    /// Weighted products of the unknowns' derivatives, at a gain of 1, and of the error.
+    WeightedProducts products;
+    float gain; ///< of the placement
+    std::array<int, Residuals::bins + 1> histogram;
     int visible;
 
+    /// Of two unknowns; `unknowns` stands for the error.
+    float product(int i, int j) const {
+        // What derives from the template's gradients grows with the gain.
+        const float scale = (i < at_gain ? gain : 1.0f) * (j < at_gain ? gain : 1.0f);
+        return scale * products(std::min(i, j), std::max(i, j));
+    }
+    Matrix H() const {
+        return Matrix::NullaryExpr([this](Eigen::Index i, Eigen::Index j) {
+            return product(static_cast<int>(i), static_cast<int>(j));
+        });
+    }
+    Vector g() const {
+        return Vector::NullaryExpr(
+            [this](Eigen::Index i) { return product(static_cast<int>(i), unknowns); });
+    }
+    int inliers() const {
+        return std::accumulate(histogram.begin(), histogram.begin() + inlier_bins, 0);
+    }
     /// Mean robust cost on a fixed scale, so that baseline poses can be compared: 0 = all fit.
     float fixed_cost() const {
         constexpr float width2 = 9.0f;
         float sum = 0;
-        for (int i = 0; i < bins; ++i) {
-            const float r = bin_width * (static_cast<float>(i) + 0.5f);
-            sum += static_cast<float>(histogram[static_cast<std::size_t>(i)]) * r * r /
-                   (r * r + width2);
+        for (std::size_t i = 0; i < Residuals::bins; ++i) {
+            const float r = Residuals::bin_width * (static_cast<float>(i) + 0.5f);
+            sum += static_cast<float>(histogram[i]) * r * r / (r * r + width2);
         }
         return sum / static_cast<float>(std::max(visible, 1));
     }
     /// Weighted correlation of the grey values seen with the template's, at that gain. NaN if one
     /// of them has no contrast.
-    double correlation(double gain) const {
+    double correlation() const {
         // In the units of the unknown gain: what is seen is slope * k + error + something.
         const double slope = gain / gain_unit;
-        const double n = H(at_offset, at_offset);
-        const double mean_k = H(at_gain, at_offset) / n, mean_e = g[at_offset] / n;
-        const double var_k = H(at_gain, at_gain) / n - mean_k * mean_k;
-        const double cov = g[at_gain] / n - mean_k * mean_e;
-        const double var_e = energy / n - mean_e * mean_e;
+        const double n = product(at_offset, at_offset);
+        const double mean_k = product(at_gain, at_offset) / n;
+        const double mean_e = product(at_offset, unknowns) / n;
+        const double var_k = product(at_gain, at_gain) / n - mean_k * mean_k;
+        const double cov = product(at_gain, unknowns) / n - mean_k * mean_e;
+        const double var_e = product(unknowns, unknowns) / n - mean_e * mean_e;
         const double var_seen = var_e + slope * (2 * cov + slope * var_k);
         return (cov + slope * var_k) / std::sqrt(var_k * var_seen);
     }
-    /// Median of |residual| / expected deviation.
-    float median() const {
+    /// Median of |residual| / expected deviation, as a Gaussian's sigma.
+    float scale() const {
         int left = visible / 2;
-        for (int i = 0; i < bins; ++i) {
-            if (left < histogram[static_cast<std::size_t>(i)])
-                return bin_width * (static_cast<float>(i) +
-                                    static_cast<float>(left) /
-                                        static_cast<float>(histogram[static_cast<std::size_t>(i)]));
-            left -= histogram[static_cast<std::size_t>(i)];
+        float median = Residuals::bin_width * Residuals::bins;
+        for (std::size_t i = 0; i < Residuals::bins; ++i) {
+            if (left < histogram[i]) {
+                median = Residuals::bin_width *
+                         (static_cast<float>(i) +
+                          static_cast<float>(left) / static_cast<float>(histogram[i]));
+                break;
+            }
+            left -= histogram[i];
         }
-        return bin_width * bins;
+        return std::clamp(1.4826f * median, 1.0f, 12.0f);
     }
 };
 
-void DirectAlignment::accumulate(const AlignmentTemplate &reference, ImageView<const float> image,
-                                 int level, const Alignment &at, float scale, Sums &sums) const {
-    sums.H.setZero();
-    sums.g.setZero();
-    sums.histogram.fill(0);
-    sums.cost = sums.energy = 0;
-    sums.inliers = sums.visible = 0;
-    const TemplatePoints &points = reference.points(level);
-    const float noise = reference.options().pixel_noise, noise2 = noise * noise;
-    const float blur2 = options_.blur_px * options_.blur_px;
-    const float width2 = robust_width * robust_width * scale * scale;
-    Residuals residuals;
-    Eigen::Matrix<float, TemplatePoints::block, unknowns> J, weighted;
-    for (int first = 0; first < points.count; first += TemplatePoints::block) {
-        find_residuals(points, first, image, reference.camera(level), at, residuals);
-        const auto column = [&](const std::vector<float> &of) {
-            return Eigen::Map<const Block>(of.data() + first);
-        };
-        const Eigen::Map<const Block> error(residuals.error.data()), seen(residuals.seen.data());
-        const Block inv_s2 = 1.0f / (noise2 + blur2 * column(points.gradient).square());
-        const Block r2 = error.square() * inv_s2;
-        const Block r = r2.sqrt();
-        for (int i = 0; i < TemplatePoints::block; ++i) {
-            if (seen[i] == 0.0f)
-                continue;
-            const int bin = static_cast<int>(std::min(r[i], 1000.0f) / bin_width);
-            ++sums.histogram[static_cast<std::size_t>(std::min(bin, bins - 1))];
-            ++sums.visible;
-            sums.inliers += r[i] < inlier_limit;
-        }
-        const Block robust = width2 / (r2 + width2);
-        sums.cost += (seen * (1.0f - robust)).sum();
-        const Block weight = seen * robust.square() * inv_s2;
-        sums.energy += (weight * error.square()).sum();
+DirectAlignment::DirectAlignment(const AlignmentOptions &options, int points_per_level)
+    : options_(options),
+      grey_(static_cast<std::size_t>((points_per_level + TemplatePoints::block - 1) /
+                                     TemplatePoints::block * TemplatePoints::block)) {}
 
-        J.leftCols<6>() = at.gain * points.J.middleRows<TemplatePoints::block>(first);
-        for (int i = 0; i < 3; ++i)
-            J.col(at_skew + i).array() = J.col(3 + i).array() * column(points.row);
-        J.col(at_gain).array() = gain_unit * (column(points.intensity) - middle_grey);
-        J.col(at_offset).setOnes();
-        weighted.array() = J.array().colwise() * weight;
-        for (int i = 0; i < unknowns; ++i) {
-            sums.g[i] += weighted.col(i).dot(error.matrix());
-            for (int j = i; j < unknowns; ++j)
-                sums.H(i, j) += weighted.col(i).dot(J.col(j));
-        }
-    }
-    sums.H.triangularView<Eigen::StrictlyLower>() = sums.H.transpose();
+void DirectAlignment::look_up(const AlignmentTemplate &reference, const Pyramid &image, int level,
+                              const Placement &at) {
+    find_greys(reference.points(level), image.level(level), reference.camera(level), at, grey_);
 }
 
-Alignment DirectAlignment::align(const AlignmentTemplate &reference, const Pyramid &image,
-                                 const Alignment &start, const PosePrior &prior, int coarsest,
-                                 int finest) const {
-    Alignment best;
-    best.pose = start.pose;
-    best.skew = start.skew;
-    Alignment at = best;
+void DirectAlignment::sum_up(const AlignmentTemplate &reference, int level, const Placement &at,
+                             float scale, Wanted wanted, Sums &sums) const {
+    static constexpr std::array<float, TemplatePoints::block> ones = [] {
+        std::array<float, TemplatePoints::block> column{};
+        column.fill(1);
+        return column;
+    }();
+    sums.products.clear();
+    sums.gain = at.gain;
+    sums.histogram.fill(0);
+    const TemplatePoints &points = reference.points(level);
+    const ResidualScale expected{reference.options().pixel_noise, options_.blur_px,
+                                 robust_width * scale};
+    Residuals residuals;
+    std::array<const float *, unknowns + 1> columns{};
+    columns[at_offset] = ones.data();
+    columns[unknowns] = residuals.error.data();
+    for (int first = 0; first < points.count; first += TemplatePoints::block) {
+        find_residuals(points, first, grey_.data() + first, at, expected, residuals);
+        for (const std::int32_t bin : residuals.bin)
+            ++sums.histogram[static_cast<std::size_t>(bin)];
+        if (wanted == Wanted::scale)
+            continue;
+        for (int i = 0; i < TemplatePoints::derivatives; ++i)
+            columns[static_cast<std::size_t>(i)] = points.J.col(i).data() + first;
+        sums.products.add(columns, residuals.weight.data(),
+                          wanted == Wanted::brightness ? first_of_brightness : 0);
+    }
+    sums.visible =
+        std::accumulate(sums.histogram.begin(), sums.histogram.begin() + Residuals::bins, 0);
+}
+
+bool DirectAlignment::refine(const AlignmentTemplate &reference, const Pyramid &image,
+                             const PosePrior &prior, int coarsest, int finest, Placement &at) {
+    Placement found = at;
     Sums sums;
     for (int level = coarsest; level >= finest; --level) {
         const int all = reference.points(level).count;
+        const float enough = level > finest ? coarse_step : last_step;
         float scale = 8.0f; // generous until the residuals have shown their own
-        float previous_cost = 1e9f;
         for (int i = 0; i < options_.iterations_per_level; ++i) {
-            accumulate(reference, image.level(level), level, at, scale, sums);
+            look_up(reference, image, level, found);
+            if (i == 0) {
+                sum_up(reference, level, found, scale, Wanted::scale, sums);
+                scale = sums.scale();
+            }
+            sum_up(reference, level, found, scale, Wanted::all, sums);
             if (sums.visible < std::min(options_.least_points, all / 2) || sums.visible < 12)
-                return best; // not good: nothing to hold on to
-            const float own = std::clamp(1.4826f * sums.median(), 1.0f, 12.0f);
-            scale = i == 0 ? std::max(own, 1.0f) : std::clamp(own, 0.5f * scale, 2.0f * scale);
-            if (i == 0)
-                accumulate(reference, image.level(level), level, at, scale, sums);
-            const float cost = sums.cost / static_cast<float>(sums.visible);
+                return false; // nothing to hold on to
+            if (i > 0)
+                scale = std::clamp(sums.scale(), 0.5f * scale, 2.0f * scale);
             // Damping relative to each unknown's own curvature.
-            Matrix H = sums.H;
+            Matrix H = sums.H();
+            Vector g = sums.g();
             const float stiffness = scale * scale / options_.independent_share;
             H.topLeftCorner<6, 6>() += stiffness * prior.information;
-            sums.g.head<6>() +=
-                stiffness * prior.information * log(prior.mean.inverse() * at.pose).cast<float>();
+            g.head<6>() += stiffness * prior.information *
+                           log(prior.mean.inverse() * found.pose).cast<float>();
             const float skew_stiffness = stiffness / (prior.skew_rad * prior.skew_rad + 1e-10f);
             for (int k = 0; k < 3; ++k) {
                 H(at_skew + k, at_skew + k) += skew_stiffness;
-                sums.g[at_skew + k] += skew_stiffness * at.skew[k];
+                g[at_skew + k] += skew_stiffness * found.skew[k];
             }
             for (int k = 0; k < unknowns; ++k)
                 H(k, k) += 1e-4f * H(k, k) + 1e-6f;
-            const Vector x = H.ldlt().solve(sums.g);
+            const Vector x = H.ldlt().solve(g);
             if (!x.allFinite())
-                return best;
+                return false;
             const Twist step = x.head<6>().cast<double>();
-            const double v = step.head<3>().norm(), w = step.tail<3>().norm();
-            if (w > 0.5 || v > 1.0)
-                return best;
-            at.pose = at.pose * exp(step).inverse();
-            at.skew -= x.segment<3>(at_skew);
-            const float gain = at.gain + gain_unit * x[at_gain];
-            at.offset += x[at_offset] - gain_unit * middle_grey * x[at_gain];
-            at.gain = std::clamp(gain, lowest_gain, highest_gain);
-            const double moved = reference.camera(level).fx * (w + v);
-            if (moved < 0.02 || (i > 2 && std::abs(previous_cost - cost) < 1e-4f))
+            if (step.head<3>().norm() > 1.0 || step.tail<3>().norm() > 0.5)
+                return false;
+            found.pose = found.pose * exp(step).inverse();
+            found.skew -= x.segment<3>(at_skew);
+            const float gain = found.gain + gain_unit * x[at_gain];
+            found.offset += x[at_offset] - gain_unit * middle_grey * x[at_gain];
+            found.gain = std::clamp(gain, lowest_gain, highest_gain);
+            // The step's square in standard deviations, as judge() has them.
+            if (x.dot(g) < enough * enough * stiffness)
                 break;
-            previous_cost = cost;
         }
     }
-    Alignment result = judge(reference, image, at, finest, prior);
-    return result;
+    at = found;
+    return true;
+}
+
+Alignment DirectAlignment::align(const AlignmentTemplate &reference, const Pyramid &image,
+                                 const Placement &start, const PosePrior &prior, int coarsest,
+                                 int finest) {
+    Alignment none;
+    Placement &at = none;
+    at.pose = start.pose;
+    at.skew = start.skew;
+    if (!refine(reference, image, prior, coarsest, finest, at))
+        return none;
+    return judge(reference, image, at, finest, prior);
 }
 
 Alignment DirectAlignment::judge(const AlignmentTemplate &reference, const Pyramid &image,
-                                 const Alignment &start, int level, const PosePrior &prior) const {
+                                 const Placement &start, int level, const PosePrior &prior) {
     Alignment at;
     at.pose = start.pose;
     at.skew = start.skew;
     Sums sums;
     float scale = 8.0f;
+    look_up(reference, image, level, at);
     for (int i = 0; i < 3; ++i) {
-        accumulate(reference, image.level(level), level, at, scale, sums);
+        const bool last = i == 2;
+        sum_up(reference, level, at, scale, last ? Wanted::all : Wanted::brightness, sums);
         if (sums.visible < options_.least_points)
             return at;
-        scale = std::clamp(1.4826f * sums.median(), 1.0f, 12.0f);
-        if (i == 2)
+        scale = sums.scale();
+        if (last)
             break;
-        Eigen::Matrix2f H = sums.H.bottomRightCorner<2, 2>();
+        Eigen::Matrix2f H = sums.H().bottomRightCorner<2, 2>();
         H(0, 0) += 1e-3f;
         H(1, 1) += 1e-3f;
-        const Eigen::Vector2f x = H.ldlt().solve(sums.g.tail<2>());
+        const Eigen::Vector2f x = H.ldlt().solve(sums.g().tail<2>());
         if (!x.allFinite())
             return at;
         at.offset += x[1] - gain_unit * middle_grey * x[0];
@@ -208,9 +235,9 @@ Alignment DirectAlignment::judge(const AlignmentTemplate &reference, const Pyram
     at.points = sums.visible;
     at.residual_scale = scale;
     at.cost = sums.fixed_cost();
-    at.inlier_share = static_cast<float>(sums.inliers) / visible;
+    at.inlier_share = static_cast<float>(sums.inliers()) / visible;
     at.visible_share = visible / static_cast<float>(reference.points(level).count);
-    Matrix H = sums.H * (options_.independent_share / (scale * scale));
+    Matrix H = sums.H() * (options_.independent_share / (scale * scale));
     H.topLeftCorner<6, 6>() += prior.information;
     for (int k = 0; k < 3; ++k)
         H(at_skew + k, at_skew + k) += 1.0f / (prior.skew_rad * prior.skew_rad + 1e-10f);
@@ -218,7 +245,7 @@ Alignment DirectAlignment::judge(const AlignmentTemplate &reference, const Pyram
         H(k, k) += 1e-5f * H(k, k) + 1e-9f;
     const Matrix C = H.ldlt().solve(Matrix::Identity());
     at.covariance = C.topLeftCorner<6, 6>();
-    at.correlation = static_cast<float>(sums.correlation(at.gain));
+    at.correlation = static_cast<float>(sums.correlation());
     at.good = C.allFinite() && at.inlier_share >= options_.least_inlier_share &&
               at.correlation >= options_.least_correlation;
     return at;

@@ -5,6 +5,8 @@
 #include "core/keyframe/alignment_template.hpp"
 #include "core/keyframe/residuals.hpp"
 
+#include <vector>
+
 namespace afterglow {
 
 struct AlignmentOptions {
@@ -54,29 +56,39 @@ struct Alignment : Placement {
 ///
 /// over the pose T, its skew (X_i is first turned by skew * row_i), gain and offset: K_i, X_i are
 /// the template's grey values and points, pi the projection, s_i the deviation expected of point i,
-/// rho Geman and McClure's. Each step solves one 11x11 system. Real-time safe; keeps no state
-/// between calls.
+/// rho Geman and McClure's. Each step solves one 11x11 system. Allocates when made; the calls are
+/// real-time safe, and nothing is kept between them.
 class DirectAlignment {
 public:
-    explicit DirectAlignment(const AlignmentOptions &options) : options_(options) {}
+    /// For templates of at most so many points a level.
+    DirectAlignment(const AlignmentOptions &options, int points_per_level);
 
-    /// From the pose and skew of `start`, over levels `coarsest` down to `finest`.
-    Alignment align(const AlignmentTemplate &reference, const Pyramid &image,
-                    const Alignment &start, const PosePrior &prior, int coarsest, int finest) const;
+    /// Improves a placement over levels `coarsest` down to `finest`. False, and `at` as it was,
+    /// where too few points are in view or there is nothing to be gained.
+    bool refine(const AlignmentTemplate &reference, const Pyramid &image, const PosePrior &prior,
+                int coarsest, int finest, Placement &at);
 
     /// The fit at the pose and skew of `start` as they are, on one level; gain and offset are
     /// estimated, pose and skew are not.
     Alignment judge(const AlignmentTemplate &reference, const Pyramid &image,
-                    const Alignment &start, int level, const PosePrior &prior = {}) const;
+                    const Placement &start, int level, const PosePrior &prior = {});
 
-    const AlignmentOptions &options() const { return options_; }
+    /// refine() from the pose and skew of `start`, then judge().
+    Alignment align(const AlignmentTemplate &reference, const Pyramid &image,
+                    const Placement &start, const PosePrior &prior, int coarsest, int finest);
 
 private:
     struct Sums;
-    void accumulate(const AlignmentTemplate &reference, ImageView<const float> image, int level,
-                    const Alignment &at, float scale, Sums &sums) const;
+    enum class Wanted { scale, brightness, all };
+    /// Fills grey_ with what the image shows at the points of a level.
+    void look_up(const AlignmentTemplate &reference, const Pyramid &image, int level,
+                 const Placement &at);
+    /// Of what was looked up last, with a robust cost of so many expected deviations.
+    void sum_up(const AlignmentTemplate &reference, int level, const Placement &at, float scale,
+                Wanted wanted, Sums &sums) const;
 
     AlignmentOptions options_;
+    std::vector<float> grey_;
 };
 
 } // namespace afterglow

@@ -8,7 +8,8 @@ namespace afterglow {
 
 KeyframeTracker::KeyframeTracker(const KeyframeOptions &options, const Views &views,
                                  WorkerPool &pool)
-    : views_(views), pool_(pool), tracker_(options.alignment),
+    : views_(views), pool_(pool),
+      tracker_(options.alignment, options.alignment_template.points_per_level),
       newest_bonus_(options.compose.newest_bonus / 100),
       image_(views.tracking.width, views.tracking.height,
              options.alignment_template.coarsest_level),

@@ -34,32 +34,32 @@ void MotionMask::find(const AlignmentTemplate &reference, const Pyramid &image,
     std::fill(counts_.pixels().begin(), counts_.pixels().end(), Count{});
     const int level = reference.options().finest_level;
     const ImageView<const float> grey = image.level(level);
-    const float noise = reference.options().pixel_noise, noise2 = noise * noise;
-    const float blur2 = options_.blur_px * options_.blur_px;
+    const ResidualScale expected{reference.options().pixel_noise, options_.blur_px};
     const float limit = outlier_limit * std::max(alignment.residual_scale, 1.0f);
     const TemplatePoints &points = reference.points(level);
+    PointsSeen seen;
     Residuals residuals;
     for (int first = 0; first < points.count; first += TemplatePoints::block) {
-        find_residuals(points, first, grey, reference.camera(level), alignment, residuals);
+        find_points(points, first, grey, reference.camera(level), alignment, seen);
+        find_residuals(points, first, seen.grey.data(), alignment, expected, residuals);
         for (std::size_t i = 0; i < TemplatePoints::block; ++i) {
-            if (residuals.seen[i] == 0.0f)
+            if (residuals.bin[i] == Residuals::bins)
                 continue;
             const auto whole = [&](float at) {
                 return static_cast<float>(static_cast<int>(at) << level);
             };
             const Eigen::Vector2i at =
-                published_pixel(whole(residuals.u[i]), whole(residuals.v[i]), residuals.depth[i]);
+                published_pixel(whole(seen.u[i]), whole(seen.v[i]), seen.depth[i]);
             const int u = at.x(), v = at.y();
             if (!composed.contains(u, v))
                 continue;
             const auto shown = static_cast<float>(composed(u, v));
-            if (shown > 0.0f && shown < hidden_share * 1000.0f * residuals.depth[i])
+            if (shown > 0.0f && shown < hidden_share * 1000.0f * seen.depth[i])
                 continue;
-            const float gradient = points.gradient[static_cast<std::size_t>(first) + i];
-            const float deviation = std::sqrt(noise2 + blur2 * gradient * gradient);
             Count &cell = counts_(u / cell_px, v / cell_px);
             ++cell.points;
-            cell.outliers += std::abs(residuals.error[i]) > limit * deviation;
+            const float error = residuals.error[i];
+            cell.outliers += error * error * residuals.weight[i] > limit * limit;
         }
     }
     for (std::size_t i = 0; i < counts_.pixels().size(); ++i) {

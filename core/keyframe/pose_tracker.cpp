@@ -2,30 +2,62 @@
 #include "core/keyframe/pose_tracker.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace afterglow {
 
+namespace {
+
+/// Root mean square of how far a level's points move in the image between two poses, pixels; points
+/// behind the camera do not count.
+double displacement_px(const AlignmentTemplate &reference, int level, const Pose &a,
+                       const Pose &b) {
+    constexpr int every = 16;
+    const TemplatePoints &points = reference.points(level);
+    const Intrinsics &camera = reference.camera(level);
+    double squares = 0;
+    int count = 0;
+    for (int i = 0; i < points.count; i += every) {
+        const auto at = static_cast<std::size_t>(i);
+        const Eigen::Vector3d X(points.x[at], points.y[at], points.z[at]);
+        const Eigen::Vector3d in_a = a * X, in_b = b * X;
+        if (in_a.z() <= 0 || in_b.z() <= 0)
+            continue;
+        squares += (camera.project(in_a) - camera.project(in_b)).squaredNorm();
+        ++count;
+    }
+    return std::sqrt(squares / std::max(count, 1));
+}
+
+} // namespace
+
 Alignment PoseTracker::track(const AlignmentTemplate &reference, const Pyramid &image,
-                             std::span<const Pose> starts, const PosePrior &prior) const {
+                             std::span<const Pose> starts, const PosePrior &prior) {
     const int coarsest = reference.options().coarsest_level;
     const int finest = reference.options().finest_level;
-    // Each start goes as far as the second coarsest level; the best of them all the way.
+    // Each start goes as far as the second coarsest level; the best of them all the way. One that
+    // is nearer than a pixel to where another has led would lead there, too.
     const int middle = std::max(coarsest - 1, finest);
-    Alignment from;
+    Placement from;
     from.pose = starts[0];
-    float least = 1e9f;
-    for (const Pose &start : starts) {
-        Alignment at;
-        at.pose = start;
-        const Alignment rough = alignment_.align(reference, image, at, prior, coarsest, middle);
-        if (rough.cost < least) {
-            least = rough.cost;
-            from = rough;
-        }
+    bool found = alignment_.refine(reference, image, prior, coarsest, middle, from);
+    for (const Pose &start : starts.subspan(1)) {
+        if (found && displacement_px(reference, coarsest, start, from.pose) < 1)
+            continue;
+        Placement other;
+        other.pose = start;
+        if (!alignment_.refine(reference, image, prior, coarsest, middle, other))
+            continue;
+        const auto cost = [&](const Placement &at) {
+            return alignment_.judge(reference, image, at, middle).cost;
+        };
+        if (!found || cost(other) < cost(from))
+            from = other;
+        found = true;
     }
     Alignment best = alignment_.align(reference, image, from, prior, middle, finest);
     if (!best.good) {
-        Alignment turned;
+        Placement turned;
         turned.pose = search_rotation(reference, image, starts[0]);
         const Alignment other = alignment_.align(reference, image, turned, prior, coarsest, finest);
         if (other.cost < best.cost)
@@ -37,14 +69,14 @@ Alignment PoseTracker::track(const AlignmentTemplate &reference, const Pyramid &
 
 // 7 x 7 turns about the image's axes, a pixel and a half of the coarsest level apart.
 Pose PoseTracker::search_rotation(const AlignmentTemplate &reference, const Pyramid &image,
-                                  const Pose &around) const {
+                                  const Pose &around) {
     const int level = reference.options().coarsest_level;
     const double step = 1.5 / reference.camera(level).fx;
     float least = 1e9f;
     Pose best = around;
     for (int y = -3; y <= 3; ++y)
         for (int x = -3; x <= 3; ++x) {
-            Alignment at;
+            Placement at;
             at.pose = Pose{rotation({y * step, x * step, 0}), Eigen::Vector3d::Zero()} * around;
             const float cost = alignment_.judge(reference, image, at, level).cost;
             if (cost < least) {

@@ -7,20 +7,21 @@ namespace afterglow {
 
 /// Finds the pose of an image against a keyframe: picks the best of several starts at the coarsest
 /// level, aligns, and if the result is not believed tries the other starts and then a fan of
-/// rotations around the previous pose. Real-time safe; keeps no state.
+/// rotations around the previous pose. Allocates when made; track() is real-time safe, and nothing
+/// is kept between calls.
 class PoseTracker {
 public:
-    explicit PoseTracker(const AlignmentOptions &options) : alignment_(options) {}
+    /// For templates of at most so many points a level.
+    PoseTracker(const AlignmentOptions &options, int points_per_level)
+        : alignment_(options, points_per_level) {}
 
     /// `starts`: possible poses, the first is preferred; at least one.
     Alignment track(const AlignmentTemplate &reference, const Pyramid &image,
-                    std::span<const Pose> starts, const PosePrior &prior = {}) const;
-
-    const DirectAlignment &alignment() const { return alignment_; }
+                    std::span<const Pose> starts, const PosePrior &prior = {});
 
 private:
     Pose search_rotation(const AlignmentTemplate &reference, const Pyramid &image,
-                         const Pose &around) const;
+                         const Pose &around);
 
     DirectAlignment alignment_;
 };

@@ -17,59 +17,110 @@ namespace {
 
 constexpr float nearest_m = 0.05f;
 
-/// Point X is at A X + b, homogeneous pixels.
-void residuals_of(const TemplatePoints &points, int first, ImageView<const float> image,
-                  const Eigen::Matrix3f &A, const Eigen::Vector3f &b, const Placement &at,
-                  Residuals &out) {
-    const hn::CappedTag<float, TemplatePoints::block> d;
-    const hn::RebindToSigned<decltype(d)> di;
+using Lanes = hn::CappedTag<float, TemplatePoints::block>;
+
+/// Looks up points first .. first + Lanes: visit(u, v, depth, grey), as in PointsSeen. Point X is
+/// at A X + b, homogeneous pixels.
+template <class Visit>
+HWY_INLINE void look_up(const TemplatePoints &points, int first, ImageView<const float> image,
+                        const Eigen::Matrix3f &A, const Eigen::Vector3f &b, const Placement &at,
+                        const Visit &visit) {
+    const Lanes d;
+    const hn::RebindToSigned<Lanes> di;
     const auto set = [&](float value) HWY_ATTR { return hn::Set(d, value); };
-    const auto sx = set(at.skew[0]), sy = set(at.skew[1]), sz = set(at.skew[2]);
+    const auto load = [&](const std::vector<float> &column)
+                          HWY_ATTR { return hn::LoadU(d, column.data() + first); };
+    const auto x0 = load(points.x), y0 = load(points.y), z0 = load(points.z);
+    const auto row = load(points.row);
+    const auto tx = hn::Mul(set(at.skew[0]), row), ty = hn::Mul(set(at.skew[1]), row);
+    const auto tz = hn::Mul(set(at.skew[2]), row);
+    const auto x = hn::NegMulAdd(tz, y0, hn::MulAdd(ty, z0, x0));
+    const auto y = hn::NegMulAdd(tx, z0, hn::MulAdd(tz, x0, y0));
+    const auto z = hn::NegMulAdd(ty, x0, hn::MulAdd(tx, y0, z0));
+    const auto along = [&](int k) HWY_ATTR {
+        return hn::MulAdd(set(A(k, 0)), x,
+                          hn::MulAdd(set(A(k, 1)), y, hn::MulAdd(set(A(k, 2)), z, set(b[k]))));
+    };
+    const auto depth = along(2);
+    const auto inverse = hn::Div(set(1.0f), depth);
+    const auto u = hn::Mul(along(0), inverse), v = hn::Mul(along(1), inverse);
     // The last pixel has no neighbour to interpolate with.
-    const auto last_u = order(d, set(static_cast<float>(image.width() - 1) - 0.01f));
-    const auto last_v = order(d, set(static_cast<float>(image.height() - 1) - 0.01f));
     const auto outside = hn::Set(di, -1);
+    const auto before = [&](auto place, int size) HWY_ATTR {
+        return hn::Lt(order(d, place), order(d, set(static_cast<float>(size - 1) - 0.01f)));
+    };
+    const auto in_u = hn::And(hn::Gt(order(d, u), outside), before(u, image.width()));
+    const auto in_v = hn::And(hn::Gt(order(d, v), outside), before(v, image.height()));
+    const auto exists = hn::Lt(hn::Iota(di, first), hn::Set(di, points.count));
+    const auto in_front = hn::Gt(order(d, depth), order(d, set(nearest_m)));
+    const auto seen = hn::RebindMask(d, hn::And(hn::And(exists, in_front), hn::And(in_u, in_v)));
+    const auto at_u = hn::IfThenElseZero(seen, u), at_v = hn::IfThenElseZero(seen, v);
+    const auto iu = hn::ConvertTo(di, at_u), iv = hn::ConvertTo(di, at_v);
+    const auto fu = hn::Sub(at_u, hn::ConvertTo(d, iu));
+    const auto fv = hn::Sub(at_v, hn::ConvertTo(d, iv));
+    const auto offset = hn::Add(hn::Mul(iv, hn::Set(di, image.stride())), iu);
+    const auto interpolate = [&](const float *from) HWY_ATTR {
+        const auto left = hn::GatherIndex(d, from, offset);
+        return hn::MulAdd(fu, hn::Sub(hn::GatherIndex(d, from + 1, offset), left), left);
+    };
+    const auto upper = interpolate(image.row(0));
+    const auto lower = interpolate(image.row(1));
+    const auto grey = hn::MulAdd(fv, hn::Sub(lower, upper), upper);
+    visit(at_u, at_v, depth, hn::IfThenElse(seen, hn::Max(grey, hn::Zero(d)), set(-1.0f)));
+}
+
+void points_of(const TemplatePoints &points, int first, ImageView<const float> image,
+               const Eigen::Matrix3f &A, const Eigen::Vector3f &b, const Placement &at,
+               PointsSeen &seen) {
+    const Lanes d;
+    for (int i = 0; i < TemplatePoints::block; i += static_cast<int>(hn::Lanes(d)))
+        look_up(points, first + i, image, A, b, at,
+                [&](auto u, auto v, auto depth, auto grey) HWY_ATTR {
+                    hn::StoreU(u, d, seen.u.data() + i);
+                    hn::StoreU(v, d, seen.v.data() + i);
+                    hn::StoreU(depth, d, seen.depth.data() + i);
+                    hn::StoreU(grey, d, seen.grey.data() + i);
+                });
+}
+
+void greys_of(const TemplatePoints &points, ImageView<const float> image, const Eigen::Matrix3f &A,
+              const Eigen::Vector3f &b, const Placement &at, std::span<float> greys) {
+    const Lanes d;
+    for (int i = 0; i < points.count; i += static_cast<int>(hn::Lanes(d)))
+        look_up(points, i, image, A, b, at, [&](auto, auto, auto, auto grey) HWY_ATTR {
+            hn::StoreU(grey, d, greys.data() + i);
+        });
+}
+
+void residuals_of(const TemplatePoints &points, int first, const float *HWY_RESTRICT greys,
+                  const Placement &at, const ResidualScale &scale, Residuals &out) {
+    const Lanes d;
+    const hn::RebindToSigned<Lanes> di;
+    const auto set = [&](float value) HWY_ATTR { return hn::Set(d, value); };
+    const auto noise2 = set(scale.pixel_noise * scale.pixel_noise);
+    const auto blur2 = set(scale.blur_px * scale.blur_px);
+    const auto width2 = set(scale.robust_width * scale.robust_width);
+    const auto gain = set(at.gain), offset = set(at.offset), one = set(1.0f);
+    const auto most_bins = set(static_cast<float>(Residuals::bins - 1));
     for (int i = 0; i < TemplatePoints::block; i += static_cast<int>(hn::Lanes(d))) {
         const auto load = [&](const std::vector<float> &column)
                               HWY_ATTR { return hn::LoadU(d, column.data() + first + i); };
-        const auto x0 = load(points.x), y0 = load(points.y), z0 = load(points.z);
-        const auto row = load(points.row);
-        const auto tx = hn::Mul(sx, row), ty = hn::Mul(sy, row), tz = hn::Mul(sz, row);
-        const auto x = hn::Sub(hn::Add(x0, hn::Mul(ty, z0)), hn::Mul(tz, y0));
-        const auto y = hn::Sub(hn::Add(y0, hn::Mul(tz, x0)), hn::Mul(tx, z0));
-        const auto z = hn::Sub(hn::Add(z0, hn::Mul(tx, y0)), hn::Mul(ty, x0));
-        const auto along = [&](int k) HWY_ATTR {
-            const auto xy = hn::Add(hn::Mul(set(A(k, 0)), x), hn::Mul(set(A(k, 1)), y));
-            return hn::Add(hn::Add(xy, hn::Mul(set(A(k, 2)), z)), set(b[k]));
-        };
-        const auto depth = along(2);
-        const auto inverse = hn::Div(set(1.0f), depth);
-        const auto u = hn::Mul(along(0), inverse), v = hn::Mul(along(1), inverse);
-        const auto in_u = hn::And(hn::Gt(order(d, u), outside), hn::Lt(order(d, u), last_u));
-        const auto in_v = hn::And(hn::Gt(order(d, v), outside), hn::Lt(order(d, v), last_v));
-        const auto exists = hn::Lt(hn::Iota(di, first + i), hn::Set(di, points.count));
-        const auto in_front = hn::Gt(order(d, depth), order(d, set(nearest_m)));
-        const auto seen =
-            hn::RebindMask(d, hn::And(hn::And(exists, in_front), hn::And(in_u, in_v)));
-        const auto at_u = hn::IfThenElseZero(seen, u), at_v = hn::IfThenElseZero(seen, v);
-        const auto iu = hn::ConvertTo(di, at_u), iv = hn::ConvertTo(di, at_v);
-        const auto fu = hn::Sub(at_u, hn::ConvertTo(d, iu));
-        const auto fv = hn::Sub(at_v, hn::ConvertTo(d, iv));
-        const auto offset = hn::Add(hn::Mul(iv, hn::Set(di, image.stride())), iu);
-        const auto interpolate = [&](const float *from) HWY_ATTR {
-            const auto left = hn::GatherIndex(d, from, offset);
-            return hn::Add(left, hn::Mul(fu, hn::Sub(hn::GatherIndex(d, from + 1, offset), left)));
-        };
-        const auto upper = interpolate(image.row(0));
-        const auto lower = interpolate(image.row(1));
-        const auto grey = hn::Add(upper, hn::Mul(fv, hn::Sub(lower, upper)));
-        const auto error =
-            hn::Sub(hn::Sub(grey, hn::Mul(set(at.gain), load(points.intensity))), set(at.offset));
-        hn::StoreU(at_u, d, out.u.data() + i);
-        hn::StoreU(at_v, d, out.v.data() + i);
-        hn::StoreU(depth, d, out.depth.data() + i);
-        hn::StoreU(hn::IfThenElseZero(seen, error), d, out.error.data() + i);
-        hn::StoreU(hn::IfThenElseZero(seen, set(1.0f)), d, out.seen.data() + i);
+        const auto grey = hn::LoadU(d, greys + i), gradient = load(points.gradient);
+        const auto is_seen = hn::And(hn::Gt(order(d, grey), hn::Set(di, -1)),
+                                     hn::Lt(hn::Iota(di, first + i), hn::Set(di, points.count)));
+        const auto seen = hn::RebindMask(d, is_seen);
+        const auto promised = hn::MulAdd(gain, load(points.intensity), offset);
+        const auto error = hn::IfThenElseZero(seen, hn::Sub(grey, promised));
+        const auto per_s2 = hn::Div(one, hn::MulAdd(hn::Mul(gradient, gradient), blur2, noise2));
+        const auto r2 = hn::Mul(hn::Mul(error, error), per_s2);
+        const auto robust = hn::Div(width2, hn::Add(r2, width2));
+        const auto weight = hn::Mul(hn::Mul(robust, robust), per_s2);
+        const auto bin = hn::ConvertTo(
+            di, hn::Min(hn::Mul(hn::Sqrt(r2), set(1.0f / Residuals::bin_width)), most_bins));
+        hn::StoreU(error, d, out.error.data() + i);
+        hn::StoreU(hn::IfThenElseZero(seen, weight), d, out.weight.data() + i);
+        hn::StoreU(hn::IfThenElse(is_seen, bin, hn::Set(di, Residuals::bins)), di,
+                   out.bin.data() + i);
     }
 }
 
@@ -81,16 +132,36 @@ HWY_AFTER_NAMESPACE();
 namespace afterglow {
 namespace {
 
+HWY_EXPORT(points_of);
+HWY_EXPORT(greys_of);
 HWY_EXPORT(residuals_of);
+
+/// To homogeneous pixels.
+struct Projection {
+    Projection(const Intrinsics &camera, const Pose &pose)
+        : A((camera.matrix() * pose.R).cast<float>()), b((camera.matrix() * pose.T).cast<float>()) {
+    }
+    Eigen::Matrix3f A;
+    Eigen::Vector3f b;
+};
 
 } // namespace
 
-void find_residuals(const TemplatePoints &points, int first, ImageView<const float> image,
-                    const Intrinsics &camera, const Placement &at, Residuals &residuals) {
-    const Eigen::Matrix3d K = camera.matrix();
-    HWY_DYNAMIC_DISPATCH(residuals_of)
-    (points, first, image, (K * at.pose.R).cast<float>(), (K * at.pose.T).cast<float>(), at,
-     residuals);
+void find_points(const TemplatePoints &points, int first, ImageView<const float> image,
+                 const Intrinsics &camera, const Placement &at, PointsSeen &seen) {
+    const Projection to(camera, at.pose);
+    HWY_DYNAMIC_DISPATCH(points_of)(points, first, image, to.A, to.b, at, seen);
+}
+
+void find_greys(const TemplatePoints &points, ImageView<const float> image,
+                const Intrinsics &camera, const Placement &at, std::span<float> grey) {
+    const Projection to(camera, at.pose);
+    HWY_DYNAMIC_DISPATCH(greys_of)(points, image, to.A, to.b, at, grey);
+}
+
+void find_residuals(const TemplatePoints &points, int first, const float *grey, const Placement &at,
+                    const ResidualScale &scale, Residuals &residuals) {
+    HWY_DYNAMIC_DISPATCH(residuals_of)(points, first, grey, at, scale, residuals);
 }
 
 } // namespace afterglow

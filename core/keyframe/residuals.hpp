@@ -6,6 +6,8 @@
 #include "core/keyframe/alignment_template.hpp"
 
 #include <array>
+#include <cstdint>
+#include <span>
 
 namespace afterglow {
 
@@ -20,17 +22,45 @@ struct Placement {
 };
 
 /// Some of a template's points in an image of theirs.
-struct Residuals {
-    std::array<float, TemplatePoints::block> u, v;  ///< place in the image, pixels; 0 if not seen
-    std::array<float, TemplatePoints::block> depth; ///< metres
-    std::array<float, TemplatePoints::block> error; ///< grey values; 0 if not seen
-    std::array<float, TemplatePoints::block> seen; ///< 1 in the picture and before the camera, or 0
+struct PointsSeen {
+    using Column = std::array<float, TemplatePoints::block>;
+
+    Column u, v;  ///< place in the image, pixels; 0 if not seen
+    Column depth; ///< metres
+    Column grey;  ///< grey value there; -1 if the point is not in the picture, or behind the camera
 };
 
-/// The error is the image's grey value less what the template promises there. Of the block of
-/// points that begins with number `first`. `image` and `camera` are those of the
-/// points' level. Real-time safe.
-void find_residuals(const TemplatePoints &points, int first, ImageView<const float> image,
-                    const Intrinsics &camera, const Placement &at, Residuals &residuals);
+/// Looks up the block of points that begins with number `first`. `image` and `camera` are those of
+/// the points' level. Real-time safe.
+void find_points(const TemplatePoints &points, int first, ImageView<const float> image,
+                 const Intrinsics &camera, const Placement &at, PointsSeen &seen);
+
+/// The grey values of all points of a level, as in PointsSeen. `grey` has whole blocks.
+void find_greys(const TemplatePoints &points, ImageView<const float> image,
+                const Intrinsics &camera, const Placement &at, std::span<float> grey);
+
+/// How residuals become weights: e / s with s^2 = noise^2 + (g blur)^2, then Geman and McClure's.
+struct ResidualScale {
+    float pixel_noise = 2; ///< grey values
+    float blur_px = 0;
+    /// Of Geman and McClure's cost, in expected deviations s. By default so wide that all count.
+    float robust_width = 1e6f;
+};
+
+/// The residuals of a block of points: grey values seen less what the template promises.
+struct Residuals {
+    static constexpr int bins = 64;
+    static constexpr float bin_width = 0.125f; ///< in expected deviations
+
+    PointsSeen::Column error;  ///< grey values; 0 for points that are not seen
+    PointsSeen::Column weight; ///< of the squared error in a normal equation; 0 if not seen
+    /// |error| / s in units of `bin_width`, at most bins - 1; `bins` for points that are not seen.
+    std::array<std::int32_t, TemplatePoints::block> bin;
+};
+
+/// Of the block of points that begins with number `first`; `grey`: their grey values, as from
+/// find_greys(). Gain and offset are those of `at`. Real-time safe.
+void find_residuals(const TemplatePoints &points, int first, const float *grey, const Placement &at,
+                    const ResidualScale &scale, Residuals &residuals);
 
 } // namespace afterglow

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
 
 using namespace afterglow;
 
@@ -38,7 +39,8 @@ struct Pair {
         constexpr float reach_m = 0.03f;
         PosePrior prior;
         prior.information.topLeftCorner<3, 3>().diagonal().setConstant(1 / (reach_m * reach_m));
-        return PoseTracker(AlignmentOptions{}).track(reference, image, starts, prior);
+        PoseTracker tracker(AlignmentOptions{}, TemplateOptions{}.points_per_level);
+        return tracker.track(reference, image, starts, prior);
     }
     /// Mean image error, pixels, of a pose for points 2 m ahead.
     double error_px(const Pose &pose) const {
@@ -111,7 +113,7 @@ TEST_CASE("direct alignment rejects images of other scenes", "[core]") {
     }
 }
 
-TEST_CASE("direct alignment's residuals equal a reference computation", "[core]") {
+TEST_CASE("points of a template are found in an image as a reference computes it", "[core]") {
     const Pair pair(4);
     const Intrinsics &full = pair.truth.intrinsics();
     Pyramid image(full.width, full.height, TemplateOptions{}.coarsest_level);
@@ -125,38 +127,102 @@ TEST_CASE("direct alignment's residuals equal a reference computation", "[core]"
     at.skew = {0.01f, -0.02f, 0.005f};
     at.gain = 0.9f;
     at.offset = 7;
+    const ResidualScale scale{.pixel_noise = 3, .blur_px = 0.2f, .robust_width = 4};
+    std::vector<float> greys(points.x.size());
+    find_greys(points, grey, camera, at, greys);
+    PointsSeen found;
     Residuals residuals;
     int seen = 0, unseen = 0;
     for (int first = 0; first < points.count; first += TemplatePoints::block) {
-        find_residuals(points, first, grey, camera, at, residuals);
+        find_points(points, first, grey, camera, at, found);
+        find_residuals(points, first, found.grey.data(), at, scale, residuals);
         for (std::size_t i = 0; i < TemplatePoints::block; ++i) {
             const std::size_t k = static_cast<std::size_t>(first) + i;
+            CAPTURE(k);
+            const auto check_unseen = [&] {
+                REQUIRE(found.grey[i] == -1.0f);
+                REQUIRE(residuals.error[i] == 0.0f);
+                REQUIRE(residuals.weight[i] == 0.0f);
+                REQUIRE(residuals.bin[i] == Residuals::bins);
+            };
             if (k >= static_cast<std::size_t>(points.count)) {
-                REQUIRE(residuals.seen[i] == 0.0f);
+                check_unseen();
                 continue;
             }
+            REQUIRE(greys[k] == found.grey[i]);
             const Eigen::Vector3d X0(points.x[k], points.y[k], points.z[k]);
             const Eigen::Vector3d turn = at.skew.cast<double>() * points.row[k];
             const Eigen::Vector3d X = at.pose * (X0 + turn.cross(X0));
             const Eigen::Vector2d p = camera.project(X);
-            if (p.x() < 0.01 || p.y() < 0.01 || p.x() > grey.width() - 1.02 ||
-                p.y() > grey.height() - 1.02) {
+            const double left = std::min(p.x(), p.y());
+            const double beyond =
+                std::max(p.x() - (grey.width() - 1.01), p.y() - (grey.height() - 1.01));
+            if (std::abs(left) < 1e-3 || std::abs(beyond) < 1e-3)
+                continue; // either is right
+            if (left < 0 || beyond > 0) {
+                check_unseen();
                 ++unseen;
                 continue;
             }
-            REQUIRE(residuals.seen[i] == 1.0f);
-            REQUIRE(residuals.u[i] == Approx(p.x()).margin(1e-3));
-            REQUIRE(residuals.v[i] == Approx(p.y()).margin(1e-3));
-            REQUIRE(residuals.depth[i] == Approx(X.z()).margin(1e-4));
+            REQUIRE(found.u[i] == Approx(p.x()).margin(1e-3));
+            REQUIRE(found.v[i] == Approx(p.y()).margin(1e-3));
+            REQUIRE(found.depth[i] == Approx(X.z()).margin(1e-4));
             const int u = static_cast<int>(p.x()), v = static_cast<int>(p.y());
             const double fu = p.x() - u, fv = p.y() - v;
             const double value = (1 - fv) * ((1 - fu) * grey(u, v) + fu * grey(u + 1, v)) +
                                  fv * ((1 - fu) * grey(u, v + 1) + fu * grey(u + 1, v + 1));
-            REQUIRE(residuals.error[i] ==
-                    Approx(value - at.gain * points.intensity[k] - at.offset).margin(0.1));
+            REQUIRE(found.grey[i] == Approx(value).margin(0.1));
+            const double error = greys[k] - at.gain * points.intensity[k] - at.offset;
+            REQUIRE(residuals.error[i] == Approx(error).margin(1e-3));
+            const double s2 = 9 + 0.04 * points.gradient[k] * points.gradient[k];
+            const double r2 = error * error / s2, robust = 16 / (r2 + 16);
+            REQUIRE(residuals.weight[i] == Approx(robust * robust / s2).epsilon(1e-3));
+            REQUIRE(std::abs(residuals.bin[i] - std::min(63.0, std::sqrt(r2) * 8)) < 1.01);
             ++seen;
         }
     }
     CHECK(seen > 500);
     CHECK(unseen > 10);
+}
+
+TEST_CASE("a template's derivatives are those of what an image shows at its points", "[core]") {
+    const Pair pair(0);
+    const Intrinsics &full = pair.truth.intrinsics();
+    Pyramid image(full.width, full.height, TemplateOptions{}.coarsest_level);
+    image.build(pair.luma);
+    const int level = 1;
+    const TemplatePoints &points = pair.reference.points(level);
+    const auto greys = [&](const Placement &at) {
+        std::vector<float> found(points.x.size());
+        find_greys(points, image.level(level), pair.reference.camera(level), at, found);
+        return found;
+    };
+    // The scene moves by x, the camera's image of it by J x: averages over many points, since grey
+    // values are linear over a pixel at best.
+    for (int k = 0; k < TemplatePoints::by_gain; ++k) {
+        const bool shift = k < 3;
+        const double size = shift ? 0.004 : 0.002;
+        Placement more, less;
+        if (k < TemplatePoints::by_skew) {
+            more.pose = exp(size * Twist::Unit(k));
+            less.pose = exp(-size * Twist::Unit(k));
+        } else {
+            more.skew[k - TemplatePoints::by_skew] = static_cast<float>(size);
+            less.skew = -more.skew;
+        }
+        const std::vector<float> above = greys(more), below = greys(less);
+        double both = 0, squares = 0;
+        for (int i = 0; i < points.count; ++i) {
+            const auto at = static_cast<std::size_t>(i);
+            if (above[at] < 0 || below[at] < 0)
+                continue;
+            both += points.J(i, k) * (above[at] - below[at]) / (2 * size);
+            squares += points.J(i, k) * points.J(i, k);
+        }
+        CAPTURE(k);
+        CHECK(both / squares == Approx(1).margin(0.1));
+    }
+    for (int i = 0; i < points.count; ++i)
+        REQUIRE(points.J(i, TemplatePoints::by_gain) ==
+                Approx(0.01 * (points.intensity[static_cast<std::size_t>(i)] - 128)).margin(1e-5));
 }

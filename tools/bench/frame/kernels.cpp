@@ -47,7 +47,7 @@ void align(benchmark::State &state, const Tour &tour) {
     const auto frames = static_cast<benchmark::IterationCount>(estimated_frames(tour));
     const KeyframeOptions options;
     WorkerPool pool(1);
-    const PoseTracker tracker(options.alignment);
+    PoseTracker tracker(options.alignment, options.alignment_template.points_per_level);
     while (state.KeepRunningBatch(frames)) {
         for (const Stop &stop : tour) {
             state.PauseTiming();

@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+// Compiled once for each instruction set; the best of them is chosen when first called.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "core/keyframe/weighted_products.cpp"
+#include "core/keyframe/weighted_products.hpp"
+
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+// clang-format off: after Highway, once for each instruction set
+#include "core/base/lanes-inl.hpp"
+// clang-format on
+
+#include <algorithm>
+#include <cstddef>
+
+HWY_BEFORE_NAMESPACE();
+namespace afterglow::HWY_NAMESPACE {
+namespace {
+
+using Lanes = hn::CappedTag<float, WeightedProducts::rows>;
+
+/// Adds the products of two weighted columns with four others. Eight sums at a time: the registers
+/// of the smallest targets hold them and what they are made of, and each value read is used twice
+/// or four times.
+HWY_INLINE void add_tile(const float *HWY_RESTRICT weighted0, const float *HWY_RESTRICT weighted1,
+                         const float *const *columns, float *HWY_RESTRICT sums0,
+                         float *HWY_RESTRICT sums1) {
+    const Lanes d;
+    const float *const column0 = columns[0], *const column1 = columns[1];
+    const float *const column2 = columns[2], *const column3 = columns[3];
+    auto s00 = hn::Zero(d), s01 = s00, s02 = s00, s03 = s00;
+    auto s10 = s00, s11 = s00, s12 = s00, s13 = s00;
+    for (int row = 0; row < WeightedProducts::rows; row += static_cast<int>(hn::Lanes(d))) {
+        const auto w0 = hn::LoadU(d, weighted0 + row), w1 = hn::LoadU(d, weighted1 + row);
+        const auto c0 = hn::LoadU(d, column0 + row);
+        s00 = hn::MulAdd(w0, c0, s00);
+        s10 = hn::MulAdd(w1, c0, s10);
+        const auto c1 = hn::LoadU(d, column1 + row);
+        s01 = hn::MulAdd(w0, c1, s01);
+        s11 = hn::MulAdd(w1, c1, s11);
+        const auto c2 = hn::LoadU(d, column2 + row);
+        s02 = hn::MulAdd(w0, c2, s02);
+        s12 = hn::MulAdd(w1, c2, s12);
+        const auto c3 = hn::LoadU(d, column3 + row);
+        s03 = hn::MulAdd(w0, c3, s03);
+        s13 = hn::MulAdd(w1, c3, s13);
+    }
+    const auto add = [&](float &sum, auto lanes)
+                         HWY_ATTR { sum += hn::GetLane(hn::SumOfLanes(d, lanes)); };
+    add(sums0[0], s00);
+    add(sums0[1], s01);
+    add(sums0[2], s02);
+    add(sums0[3], s03);
+    add(sums1[0], s10);
+    add(sums1[1], s11);
+    add(sums1[2], s12);
+    add(sums1[3], s13);
+}
+
+/// Row after row of sums, each of most_columns. Of columns first .. end - 1, both multiples of 4.
+void add_products(const float *const *columns, int first, int end, const float *HWY_RESTRICT weight,
+                  float *HWY_RESTRICT sums) {
+    constexpr int rows = WeightedProducts::rows, width = WeightedProducts::most_columns;
+    const Lanes d;
+    HWY_ALIGN float weighted[2][rows];
+    for (int i = first; i < end; i += 2) {
+        for (int row = 0; row < rows; row += static_cast<int>(hn::Lanes(d))) {
+            const auto w = hn::LoadU(d, weight + row);
+            hn::Store(hn::Mul(w, hn::LoadU(d, columns[i] + row)), d, weighted[0] + row);
+            hn::Store(hn::Mul(w, hn::LoadU(d, columns[i + 1] + row)), d, weighted[1] + row);
+        }
+        for (int j = i / 4 * 4; j < end; j += 4)
+            add_tile(weighted[0], weighted[1], columns + j, sums + i * width + j,
+                     sums + (i + 1) * width + j);
+    }
+}
+
+} // namespace
+} // namespace afterglow::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace afterglow {
+namespace {
+
+HWY_EXPORT(add_products);
+
+} // namespace
+
+void WeightedProducts::add(std::span<const float *const> columns, const float *weight, int first) {
+    static constexpr std::array<float, rows> nothing{};
+    std::array<const float *, most_columns> padded;
+    padded.fill(nothing.data());
+    std::ranges::copy(columns, padded.begin());
+    const int end = (static_cast<int>(columns.size()) + 3) / 4 * 4;
+    HWY_DYNAMIC_DISPATCH(add_products)(padded.data(), first, end, weight, sums_.data());
+}
+
+} // namespace afterglow
+#endif

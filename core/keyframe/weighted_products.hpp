@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <span>
+
+namespace afterglow {
+
+/// Sums of weighted products of columns, which come in blocks of rows: J' W J and J' W e of a least
+/// squares problem whose last column is the error. Real-time safe.
+class WeightedProducts {
+public:
+    static constexpr int rows = 64; ///< of a block
+    static constexpr int most_columns = 12;
+
+    void clear() { sums_.fill(0); }
+    /// Adds sum over the rows of weight * column i * column j, for all first <= i <= j. `columns`:
+    /// at most most_columns; all, and `weight`, have `rows` finite values. `first`: a multiple
+    /// of 4.
+    void add(std::span<const float *const> columns, const float *weight, int first = 0);
+    /// Of columns i <= j.
+    float operator()(int i, int j) const {
+        return sums_[static_cast<std::size_t>(i * most_columns + j)];
+    }
+
+private:
+    std::array<float, most_columns * most_columns> sums_{};
+};
+
+} // namespace afterglow
