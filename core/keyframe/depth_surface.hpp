@@ -25,6 +25,9 @@ struct SurfaceOptions {
     float farthest_m = 12.0f;
     /// Edge-preserving smoothing: half the window, pixels. 0 = none.
     int smooth_radius_px = 2;
+    /// Where windows of half that size tell something else than noise, they are taken: wide ones
+    /// round creases off. Pixels of a coarse map are wide.
+    bool keep_creases = false;
 };
 
 /// One measured depth map prepared for being carried to other views: smoothed without crossing
@@ -76,8 +79,9 @@ private:
     void mark_edge(int u, int v);
     void grow_distance();
     struct AmplitudeWeights;
-    void smooth(int first_row, int end_row);
-    void smooth(int first_row, int end_row, const AmplitudeWeights &weights);
+    void smooth(int v, int radius, const AmplitudeWeights *weights, float *out) const;
+    void keep_creases(const AmplitudeWeights *weights);
+    class NarrowWindows;
 
     Intrinsics camera_;
     DepthCorrection correction_;
@@ -90,6 +94,8 @@ private:
     std::vector<std::int16_t> bend_;                 ///< of columns, ReadingRow::by_column
     std::vector<std::uint8_t> flags_;                ///< of one row, and some that stay 0
     std::array<std::vector<std::int16_t>, 2> steps_; ///< of a row and the next
+    Image<float> narrow_;     ///< what narrow windows differ by, of a few rows
+    std::vector<float> sums_; ///< of its columns
     SurfaceTiles tiles_;
     float fill_ = 0, variation_ = 0, edge_jump_ = 0, slope_ = 0;
     float jump_sum_ = 0;

@@ -27,6 +27,7 @@ KeyframeOptions adapted(KeyframeOptions options, const RigGeometry &geometry, co
         1 + std::clamp(static_cast<int>(
                            std::ceil((options.warp.least_edge_distance_px - 1) * finer - 0.01)),
                        0, DepthSurface::far_from_edge - 1);
+    options.surface.keep_creases = true;
     options.warp.edges_hide = true;
     options.self_calibration.tilt *= calibrated;
     options.self_calibration.curvature *= calibrated;

@@ -71,6 +71,53 @@ TEST_CASE("depth smoothing removes noise but does not cross depth edges", "[core
             REQUIRE(surface.z()(u, v) == Approx(u < 50 ? 1 : 2).margin(0.03));
 }
 
+TEST_CASE("where a surface is bent narrow windows smooth it, and elsewhere wide ones", "[core]") {
+    std::mt19937 random(5);
+    std::normal_distribution<double> noise(0, 3);
+    DepthMap roof(camera.width, camera.height); // with its ridge in column 50
+    for (int v = 0; v < camera.height; ++v)
+        for (int u = 0; u < camera.width; ++u)
+            roof(u, v) = static_cast<std::uint16_t>(
+                std::lround(2000 + 7 * std::abs(u - 50) + noise(random)));
+    const bool with_amplitude = GENERATE(false, true);
+    const Image<std::uint16_t> amplitude(camera.width, camera.height, std::uint16_t{1000});
+    struct Errors {
+        double ridge = 0, plane = 0; ///< mean, millimetres; root mean square
+    };
+    const auto errors_of = [&](const SurfaceOptions &options) {
+        WorkerPool pool(2);
+        DepthSurface surface(camera, options);
+        for (int again = 0; again < 2; ++again) // nothing of the last map is left
+            surface.build(again == 0 ? step() : roof, pool, {},
+                          with_amplitude ? amplitude.view() : ImageView<const std::uint16_t>{});
+        Errors errors;
+        int count = 0;
+        for (int v = 6; v < camera.height - 6; ++v) {
+            errors.ridge += 1000 * surface.z()(50, v) - 2000;
+            for (int u = 6; u < camera.width - 6; ++u) {
+                if (std::abs(u - 50) < 8)
+                    continue;
+                errors.plane +=
+                    std::pow(1000 * surface.z()(u, v) - (2000 + 7 * std::abs(u - 50)), 2);
+                ++count;
+            }
+        }
+        errors.ridge /= camera.height - 12;
+        errors.plane = std::sqrt(errors.plane / count);
+        return errors;
+    };
+    SurfaceOptions keeping, small;
+    keeping.keep_creases = true;
+    small.smooth_radius_px = 1;
+    const Errors wide = errors_of({}), kept = errors_of(keeping), narrow = errors_of(small);
+    CAPTURE(wide.ridge, kept.ridge, narrow.ridge, wide.plane, kept.plane, narrow.plane);
+    CHECK(wide.ridge > 7);
+    CHECK(kept.ridge < 0.7 * wide.ridge);
+    CHECK(kept.ridge < narrow.ridge + 0.5);
+    CHECK(kept.plane < 1.1 * wide.plane);
+    CHECK(kept.plane < 0.8 * narrow.plane);
+}
+
 TEST_CASE("the depth surface ignores invalid pixels and reports the share of valid ones",
           "[core]") {
     DepthMap map(camera.width, camera.height, std::uint16_t{1000});
