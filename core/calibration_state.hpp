@@ -31,6 +31,8 @@ struct CalibrationFinding {
     float amount = 0;
     float deviation = 0; ///< of the amount, one sigma
     bool suspect = false;
+    /// Measured depth is corrected by so much of the amount now; 0: not at all.
+    float corrected = 0;
 };
 
 /// The calibration as the last measurements show it.

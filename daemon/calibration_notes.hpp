@@ -6,8 +6,8 @@
 
 namespace afterglow {
 
-/// Puts a line into the log when a part of the calibration becomes suspect, and when it no longer
-/// is. Real-time safe.
+/// Puts a line into the log when a part of the calibration becomes suspect or is corrected, and
+/// when it no longer is. Real-time safe.
 class CalibrationNotes {
 public:
     void update(const CalibrationState &calibration, Outbox &outbox);

@@ -11,6 +11,7 @@
 #include <mutex>
 #include <string>
 #include <thread>
+#include <tuple>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -38,6 +39,11 @@ public:
     /// The next calls of a method, or settings of a property, fail with this D-Bus error.
     void refuse(const std::string &member, const std::string &error, const std::string &message);
     void set(const std::string &property, std::variant<std::string, std::uint64_t, double> value);
+    /// What CalibrationSuspects (part, amount, deviation) and CalibrationCorrections (part, amount)
+    /// have.
+    using Suspects = std::vector<std::tuple<std::string, double, double>>;
+    using Corrections = std::vector<std::pair<std::string, double>>;
+    void judge_calibration(Suspects suspects, Corrections corrections);
     /// A property's value as text.
     std::string get(const std::string &property);
     /// What Reload answers.
@@ -84,6 +90,8 @@ private:
     std::vector<FakeProperty> properties_ = properties_at_start();
     std::map<std::string, std::pair<std::string, std::string>> refusals_;
     std::vector<std::string> restart_needed_;
+    Suspects suspects_;
+    Corrections corrections_;
     std::vector<Request> requests_;
     std::uint64_t next_id_ = 1;
     std::string log_level_ = "info";

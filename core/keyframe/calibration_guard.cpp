@@ -13,13 +13,17 @@ bool CalibrationGuard::check(DepthSurface &surface, const CameraMotion &motion, 
     const Pose tracking_from_surface = views_.surface_from_tracking.inverse();
     watch_.add(surface, views_.surface, motion.moved_in(lag_s).inverse() * tracking_from_surface,
                image, motion.rate());
+    state_ = watch_.state();
     if (!corrects_)
         return false;
     // What a lag moves may look turned or shifted, too.
-    const bool correctable = !state()[CalibrationPart::lag].suspect;
+    const bool correctable = !state_[CalibrationPart::lag].suspect;
     const bool changed = correctable ? watch_.differs(applied_) : !applied_.isZero(0);
     if (changed)
         applied_ = correctable ? watch_.suspected() : RigError::Zero();
+    for (const CalibrationPart part :
+         {CalibrationPart::rotation, CalibrationPart::translation, CalibrationPart::focal_length})
+        state_[part].corrected = amount(applied_, part);
     if (!applied_.isZero(0)) {
         const Pose moved =
             views_.surface_from_tracking * correction(applied_) * tracking_from_surface;

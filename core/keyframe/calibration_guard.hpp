@@ -26,7 +26,8 @@ public:
     /// corrected. `motion`: of the tracking camera. True when the correction has changed.
     bool check(DepthSurface &surface, const CameraMotion &motion, double lag_s,
                const Pyramid &image, WorkerPool &pool);
-    const CalibrationState &state() const { return watch_.state(); }
+    /// As the watch has it, and what of it is corrected.
+    const CalibrationState &state() const { return state_; }
     /// CalibrationWatch::shift() of what is not corrected.
     float shift() const { return watch_.shift(applied_); }
 
@@ -35,6 +36,7 @@ private:
     bool corrects_;
     CalibrationWatch watch_;
     RigError applied_ = RigError::Zero(); ///< what surfaces are corrected by
+    CalibrationState state_;
     SurfaceRendering rendering_;
 };
 

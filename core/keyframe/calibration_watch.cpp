@@ -119,6 +119,11 @@ Pose correction(const RigError &error) {
     return pose;
 }
 
+float amount(const RigError &error, CalibrationPart part) {
+    const auto [first, size] = part_ranges[static_cast<std::size_t>(part)];
+    return static_cast<float>(size == 1 ? error[first] : error.segment(first, size).norm());
+}
+
 CalibrationWatch::CalibrationWatch(const Intrinsics &camera, int levels)
     : level_(level_for(camera, levels)), camera_(camera.at_level(level_)), finder_(edges),
       dispersion_(assumed_dispersion) {
@@ -281,14 +286,13 @@ void CalibrationWatch::judge(const Fit &fit) {
         const auto [first, size] = part_ranges[p];
         RigError part = RigError::Zero();
         part.segment(first, size) = best.segment(first, size);
-        const double amount = part.norm();
-        const RigError direction = part / std::max(amount, 1e-12);
+        const RigError direction = part / std::max(part.norm(), 1e-12);
         const double deviation = std::sqrt(std::max(direction.dot(covariance_ * direction), 0.0));
         const bool suspect = seen_ >= least_views && credible_ && fit.score > least_score &&
                              (best_parts >> p & 1) != 0;
 
         CalibrationFinding &finding = state_.parts[p];
-        finding.amount = static_cast<float>(size == 1 ? part[first] : amount);
+        finding.amount = amount(best, static_cast<CalibrationPart>(p));
         finding.deviation = static_cast<float>(deviation);
         against_[p] = suspect != finding.suspect ? against_[p] + 1 : 0;
         if (against_[p] == verdicts) {

@@ -20,6 +20,8 @@ namespace afterglow {
 /// What takes points that the calibration brought to the colour camera to where an error says they
 /// are; a focal length is corrected by widening the view, so the matrix is not a rotation.
 Pose correction(const RigError &error);
+/// A part of an error, as CalibrationFinding has it.
+float amount(const RigError &error, CalibrationPart part);
 
 /// Watches whether depth maps and images still fit each other: where a surface ends before one
 /// further away, the image has an edge, too. The RigError that brings the edges of the last few

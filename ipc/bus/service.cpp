@@ -130,16 +130,18 @@ void DepthService::frame_published(const FrameEvent &event) {
         gate_frame_ = event.frame.index;
         gate_signal_.ask();
     }
-    suspects_changed(event.calibration);
+    calibration_judged(event.calibration);
     situation_changed();
 }
 
-/// Tells of parts that have become suspect, and of those that are so no more.
-void DepthService::suspects_changed(const CalibrationState &calibration) {
-    const CalibrationState before = std::exchange(suspects_, calibration);
+/// Tells of parts that have become suspect, of those that are so no more, and of corrections.
+void DepthService::calibration_judged(const CalibrationState &calibration) {
+    const CalibrationState before = std::exchange(judged_, calibration);
     for (std::size_t i = 0; i < calibration_parts; ++i) {
         const auto part = static_cast<CalibrationPart>(i);
         const CalibrationFinding &found = calibration[part];
+        if (found.corrected != before[part].corrected)
+            changed("CalibrationCorrections");
         if (found.suspect == before[part].suspect)
             continue;
         const std::string name(to_string(part));

@@ -81,7 +81,7 @@ private:
     void apply_policy();
     void situation_changed();
     void changed(std::string property);
-    void suspects_changed(const CalibrationState &calibration);
+    void calibration_judged(const CalibrationState &calibration);
     void announce_properties();
     void announce_gate();
     void announce_requests();
@@ -93,7 +93,7 @@ private:
         return static_cast<std::uint32_t>(effective_.longest_age_ms);
     }
     bool budget_spent() const { return budget_spent_; }
-    const CalibrationState &calibration_suspects() const { return suspects_; }
+    const CalibrationState &judged_calibration() const { return judged_; }
     std::string_view state() const { return to_string(daemon_state(situation_.cameras)); }
     std::string_view color_camera() const { return to_string(situation_.cameras.color); }
     std::string_view tof_camera() const { return to_string(situation_.cameras.tof); }
@@ -114,7 +114,7 @@ private:
     Situation situation_;
     std::string calibration_; ///< as a file; "": depth is registered
     bool budget_spent_ = false;
-    CalibrationState suspects_;               ///< of the newest frame
+    CalibrationState judged_;                 ///< of the newest frame
     std::array<std::string, 2> lost_because_; ///< of each Camera
     std::map<std::uint64_t, std::shared_ptr<const Caller>> stream_owners_;
     std::uint64_t next_owner_ = 1;

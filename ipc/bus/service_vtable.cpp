@@ -42,6 +42,23 @@ int append(sd_bus_message *reply, const CalibrationState &calibration) {
     }
     return sd_bus_message_close_container(reply);
 }
+/// The parts that are corrected.
+int append_corrections(sd_bus_message *reply, const CalibrationState &calibration) {
+    if (const int error = sd_bus_message_open_container(reply, 'a', "(sd)"); error < 0)
+        return error;
+    for (std::size_t i = 0; i < calibration_parts; ++i) {
+        const auto part = static_cast<CalibrationPart>(i);
+        const float corrected = calibration[part].corrected;
+        if (corrected == 0)
+            continue;
+        if (const int error =
+                sd_bus_message_append(reply, "(sd)", std::string(to_string(part)).c_str(),
+                                      calibration_unit(part).per_amount * corrected);
+            error < 0)
+            return error;
+    }
+    return sd_bus_message_close_container(reply);
+}
 
 } // namespace
 
@@ -68,6 +85,12 @@ struct DepthService::Vtable {
                    const char * /*property*/, sd_bus_message *reply, void *service,
                    sd_bus_error * /*error*/) {
         return append(reply, std::invoke(value, *static_cast<const Service *>(service)));
+    }
+    static int get_corrections(sd_bus * /*bus*/, const char * /*path*/, const char * /*interface*/,
+                               const char * /*property*/, sd_bus_message *reply, void *service,
+                               sd_bus_error * /*error*/) {
+        return append_corrections(reply,
+                                  static_cast<const Service *>(service)->judged_calibration());
     }
     /// The same with what `value(service.statistics_)` gives.
     template <auto value>
@@ -144,8 +167,9 @@ std::vector<sd_bus_vtable> DepthService::Vtable::make() {
         SD_BUS_PROPERTY("ColorCamera", "s", get<&Service::color_camera>, 0, announced),
         SD_BUS_PROPERTY("TofCamera", "s", get<&Service::tof_camera>, 0, announced),
         SD_BUS_PROPERTY("Calibration", "s", get<&Service::calibration>, 0, announced),
-        SD_BUS_PROPERTY("CalibrationSuspects", "a(sdd)", get<&Service::calibration_suspects>, 0,
+        SD_BUS_PROPERTY("CalibrationSuspects", "a(sdd)", get<&Service::judged_calibration>, 0,
                         announced),
+        SD_BUS_PROPERTY("CalibrationCorrections", "a(sd)", get_corrections, 0, announced),
         SD_BUS_PROPERTY("FramesPublished", "t", count<&Statistics::published>, 0, 0),
         SD_BUS_PROPERTY("FramesMeasured", "t", count<&Statistics::measured>, 0, 0),
         SD_BUS_PROPERTY("FramesEstimated", "t", count<&Statistics::estimated>, 0, 0),

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // afterglowctl on a fake service: what it asks, what it prints, and what it says when refused.
+#include "config/calibration_file.hpp"
 #include "tests/catch.hpp"
 #include "tests/fake_service.hpp"
 #include "tests/program.hpp"
@@ -18,6 +19,8 @@
 namespace {
 
 using Json = nlohmann::json;
+using afterglow::calibration_toml;
+using afterglow::RigCalibration;
 
 Ended ctl(const FakeService &service, std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), {"afterglowctl", "--bus", service.bus().address()});
@@ -65,6 +68,58 @@ TEST_CASE("afterglowctl status names both cameras, the budget and who asks for w
     CHECK(document["budget_spent"] == true);
     CHECK(document["requests"][0]["kept"] == false);
     CHECK(document["requests"][0]["max_age_ms"] == 200);
+}
+
+TEST_CASE("afterglowctl status says what of the calibration is wrong, and what is corrected") {
+    FakeService service;
+    CHECK_FALSE(contains(ctl(service, {"status"}).output, "  rig "));
+    CHECK(json_of(service, {"status"})["calibration_parts"] == Json::array());
+    service.judge_calibration({{"rotation", 2.0, 0.1}, {"translation", 9.5, 1.5}},
+                              {{"rotation", 1.9}, {"focal-length", -3.0}});
+    const std::string status = ctl(service, {"status"}).output;
+    INFO(status);
+    CHECK(contains(status,
+                   "  rig       rotation off by 2.00 degrees (deviation 0.10), corrected by "
+                   "1.90 degrees\n"));
+    CHECK(contains(status,
+                   "  rig       translation off by 9.50 mm (deviation 1.50), not corrected\n"));
+    CHECK(contains(status, "  rig       focal-length corrected by -3.00 percent\n"));
+    const Json parts = json_of(service, {"status"})["calibration_parts"];
+    REQUIRE(parts.size() == 3);
+    CHECK(parts[0] == Json{{"part", "rotation"},
+                           {"unit", "degrees"},
+                           {"suspect", true},
+                           {"corrected", 1.9},
+                           {"amount", 2.0},
+                           {"deviation", 0.1}});
+    CHECK(parts[1]["corrected"] == 0);
+    CHECK(parts[2]["suspect"] == false);
+    CHECK_FALSE(parts[2].contains("amount"));
+}
+
+TEST_CASE("afterglowctl calibration check without a file asks the daemon") {
+    FakeService service;
+    const Ended none = ctl(service, {"calibration", "check"});
+    CHECK(none.code == 1);
+    CHECK(contains(none.errors, "afterglowd works without a calibration file"));
+    RigCalibration rig;
+    rig.color.pinhole = {600, 600, 319.5, 239.5, 640, 480};
+    rig.tof.pinhole = {250, 250, 111.5, 85.5, 224, 172};
+    rig.tof_from_color.T.x() = 0.03;
+    service.set("Calibration", calibration_toml(rig));
+    const Ended good = ctl(service, {"calibration", "check"});
+    INFO(good.output << good.errors);
+    CHECK(good.code == 0);
+    CHECK(good.output.empty());
+    service.judge_calibration({{"lag", 30.0, 2.0}}, {});
+    const Ended bad = ctl(service, {"calibration", "check"});
+    CHECK(bad.code == 1);
+    CHECK(bad.output == "images and depth: lag off by 30.00 ms (deviation 2.00), not corrected\n");
+    const Json document =
+        Json::parse(ctl(service, {"calibration", "check", "--json"}).output, nullptr, false);
+    REQUIRE_FALSE(document.is_discarded());
+    CHECK(document["suspicious"].empty());
+    CHECK(document["calibration_parts"][0]["part"] == "lag");
 }
 
 TEST_CASE("afterglowctl status says which rights its user has not got, and asks for nothing") {
@@ -279,6 +334,9 @@ TEST_CASE("the fake service that afterglowctl is tested on has the daemon's inte
         INFO(declared);
         CHECK(contains(xml, declared));
     }
+    for (const char *list : {"\"CalibrationSuspects\" type=\"a(sdd)\" access=\"read\"",
+                             "\"CalibrationCorrections\" type=\"a(sd)\" access=\"read\""})
+        CHECK(contains(xml, list));
     for (const FakeService::Method &method : FakeService::methods()) {
         const std::size_t begin = xml.find(fmt::format("<method name=\"{}\">", method.name));
         INFO(method.name);

@@ -143,6 +143,12 @@ void FakeService::set_restart_needed(std::vector<std::string> keys) {
     restart_needed_ = std::move(keys);
 }
 
+void FakeService::judge_calibration(Suspects suspects, Corrections corrections) {
+    const std::lock_guard lock(mutex_);
+    suspects_ = std::move(suspects);
+    corrections_ = std::move(corrections);
+}
+
 std::size_t FakeService::held() {
     const std::lock_guard lock(mutex_);
     drop_closed();
@@ -262,6 +268,22 @@ int FakeService::get_all(sd_bus_message *call) {
         if (property.writable && property.type != 's')
             sd_bus_message_append(reply, "{s(dd)}", property.name.c_str(), property.minimum,
                                   property.maximum);
+    for (int open = 0; open < 3; ++open)
+        sd_bus_message_close_container(reply);
+    sd_bus_message_open_container(reply, 'e', "sv");
+    sd_bus_message_append(reply, "s", "CalibrationSuspects");
+    sd_bus_message_open_container(reply, 'v', "a(sdd)");
+    sd_bus_message_open_container(reply, 'a', "(sdd)");
+    for (const auto &[part, amount, deviation] : suspects_)
+        sd_bus_message_append(reply, "(sdd)", part.c_str(), amount, deviation);
+    for (int open = 0; open < 3; ++open)
+        sd_bus_message_close_container(reply);
+    sd_bus_message_open_container(reply, 'e', "sv");
+    sd_bus_message_append(reply, "s", "CalibrationCorrections");
+    sd_bus_message_open_container(reply, 'v', "a(sd)");
+    sd_bus_message_open_container(reply, 'a', "(sd)");
+    for (const auto &[part, amount] : corrections_)
+        sd_bus_message_append(reply, "(sd)", part.c_str(), amount);
     for (int open = 0; open < 4; ++open)
         sd_bus_message_close_container(reply);
     const int sent = sd_bus_send(nullptr, reply, nullptr);

@@ -7,6 +7,7 @@
 #include "tests/catch.hpp"
 #include "tests/wrong_rig.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -237,12 +238,19 @@ TEST_CASE("after ten measurements a wrong calibration is told and its errors are
     constexpr int interval = 6, learning = 10 * interval, frames = learning + 4 * interval;
     double true_sum = 0, expected_sum = 0;
     int worse = 0, estimates = 0;
+    const auto corrected = [](const CalibrationState &state) {
+        return std::ranges::any_of(state.parts,
+                                   [](const auto &part) { return part.corrected != 0; });
+    };
+    bool corrects = false;
     for (int k = 0; k < frames; ++k) {
         const double t_s = k / 30.0;
         rig.look(t_s, static_cast<std::uint64_t>(k));
         const Estimate &estimate = pipeline->track(rig.luma, k * std::int64_t{33'333'333});
         if (k % interval == 0) {
-            pipeline->measure(rig.depth);
+            const CalibrationState &state = pipeline->measure(rig.depth).calibration;
+            corrects = corrected(state);
+            CHECK_FALSE((corrects && state[CalibrationPart::lag].suspect));
             continue;
         }
         if (k < learning)
@@ -266,6 +274,7 @@ TEST_CASE("after ten measurements a wrong calibration is told and its errors are
         ++estimates;
     }
     CAPTURE(true_sum / estimates, expected_sum / estimates);
+    CHECK(corrects == (wrong.lag_s == 0));
     CHECK(worse == 0);
     CHECK(true_sum < 1.5 * expected_sum);
 }

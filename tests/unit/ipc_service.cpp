@@ -279,18 +279,41 @@ TEST_CASE("the D-Bus service tells which part of the calibration is suspect, and
             return list;
         });
     };
+    const auto corrections = [&] {
+        return daemon.serve([&] {
+            sd_bus_message *reply = nullptr;
+            std::string list;
+            if (sd_bus_get_property(listener.bus.get(), name, path, name, "CalibrationCorrections",
+                                    nullptr, &reply, "a(sd)") < 0)
+                return std::string("no answer");
+            sd_bus_message_enter_container(reply, 'a', "(sd)");
+            const char *part = "";
+            double amount = 0;
+            while (sd_bus_message_read(reply, "(sd)", &part, &amount) > 0)
+                list += fmt::format("{} {:.1f};", part, amount);
+            sd_bus_message_unref(reply);
+            return list;
+        });
+    };
     FrameEvent event = {};
     daemon.publish(event);
     CHECK(suspects().empty());
+    CHECK(corrections().empty());
     event.calibration[CalibrationPart::rotation] = {0.0349066f, 0.00174533f, true};
     event.calibration[CalibrationPart::focal_length] = {-0.03f, 0.002f, true};
     event.calibration[CalibrationPart::lag] = {0.005f, 0.002f, false};
     daemon.publish(event);
     daemon.publish(event);
     CHECK(suspects() == "rotation 2.0 0.1;focal-length -3.0 0.2;");
+    CHECK(corrections().empty());
+    event.calibration[CalibrationPart::rotation].corrected = 0.0331613f;
+    event.calibration[CalibrationPart::focal_length].corrected = -0.029f;
+    daemon.publish(event);
+    CHECK(corrections() == "rotation 1.9;focal-length -2.9;");
     event.calibration[CalibrationPart::rotation] = {};
     daemon.publish(event);
     CHECK(suspects() == "focal-length -3.0 0.2;");
+    CHECK(corrections() == "focal-length -2.9;");
     while (sd_bus_process(listener.bus.get(), nullptr) > 0) {
     }
     CHECK(heard == std::vector<std::string>{"CalibrationSuspect rotation 2.0 0.1",

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "tools/ctl/calibration/running.hpp"
 #include "tools/ctl/command.hpp"
 #include "tools/ctl/daemon.hpp"
 #include "tools/ctl/properties.hpp"
@@ -98,6 +99,7 @@ Result<int> show(const Settings &settings) {
     const Json &p = *properties;
     if (settings.json) {
         Json document = scalars(p);
+        document["calibration_parts"] = json_of(judged_parts(p));
         document["requests"] = *std::move(requests);
         document["rights"] = {{"read_depth", !rights.no_depth},
                               {"see_images", !rights.no_images},
@@ -106,6 +108,8 @@ Result<int> show(const Settings &settings) {
     }
     fmt::print("afterglowd {}: {}\n", text(p, "Version"), meaning(text(p, "State")));
     fmt::print("  cameras   colour {}, TOF {}\n", text(p, "ColorCamera"), text(p, "TofCamera"));
+    for (const JudgedPart &part : judged_parts(p))
+        fmt::print("  rig       {}\n", describe(part));
     print_policy(p);
     fmt::print("  readers   {:.0f}\n", number(p, "OpenStreams"));
     fmt::print("  requests  {}\n", requests->size());

@@ -61,7 +61,7 @@ Action declare_convert(CLI::App &app, const Settings &settings) {
 Action declare_calibration(CLI::App &app, const Settings &settings) {
     static constexpr Command commands[] = {
         {"show", "both cameras and where they are", declare_verb<show_calibration, false>},
-        {"check", "what is suspicious in it", declare_verb<check_calibration, true>},
+        {"check", "what is suspicious in it", declare_verb<check_calibration, false>},
         {"convert", "make the file that the daemon reads", declare_convert},
     };
     return declare_commands(app, commands, settings);

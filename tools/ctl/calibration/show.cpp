@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/calibration_file.hpp"
 #include "tools/ctl/calibration/rig_figures.hpp"
+#include "tools/ctl/calibration/running.hpp"
 #include "tools/ctl/calibration/verbs.hpp"
 #include "tools/ctl/daemon.hpp"
 #include "tools/ctl/json.hpp"
 
 #include <fmt/format.h>
 
-#include <cerrno>
 #include <cstddef>
 #include <numbers>
 
@@ -103,28 +103,22 @@ void print(const PartialRig &rig) {
                       100 * share_outside(rig.color->model, rig.tof->model, *rig.tof_from_color)));
 }
 
-/// What the running daemon works with.
-Result<PartialRig> ask_daemon(const std::string &bus) {
+Result<PartialRig> read_or_ask(const RigFiles &files, const std::string &bus) {
+    if (!files.paths.empty())
+        return read_rig(files);
     Result<Daemon> daemon = Daemon::connect(bus);
     if (!daemon)
         return daemon.error();
     const Result<Json> properties = daemon->properties();
     if (!properties)
         return properties.error();
-    const auto calibration = properties->find("Calibration");
-    if (calibration == properties->end() || !calibration->is_string())
-        return Error{"this afterglowd does not tell its calibration", ENODATA};
-    if (calibration->get<std::string>().empty())
-        return Error{"afterglowd works without a calibration file: depth is registered to the "
-                     "colour camera",
-                     ENODATA};
-    return parse_rig(*calibration, "afterglowd");
+    return running_rig(*properties);
 }
 
 } // namespace
 
 Result<int> show_calibration(const RigFiles &files, const Settings &settings) {
-    const Result<PartialRig> rig = files.paths.empty() ? ask_daemon(settings.bus) : read_rig(files);
+    const Result<PartialRig> rig = read_or_ask(files, settings.bus);
     if (!rig)
         return rig.error();
     if (settings.json)
