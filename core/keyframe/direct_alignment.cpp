@@ -46,12 +46,12 @@ struct DirectAlignment::Sums {
         const float scale = (i < at_gain ? gain : 1.0f) * (j < at_gain ? gain : 1.0f);
         return scale * products(std::min(i, j), std::max(i, j));
     }
-    Matrix H() const {
+    Matrix normal_matrix() const {
         return Matrix::NullaryExpr([this](Eigen::Index i, Eigen::Index j) {
             return product(static_cast<int>(i), static_cast<int>(j));
         });
     }
-    Vector g() const {
+    Vector right_side() const {
         return Vector::NullaryExpr(
             [this](Eigen::Index i) { return product(static_cast<int>(i), unknowns); });
     }
@@ -161,8 +161,8 @@ bool DirectAlignment::refine(const AlignmentTemplate &reference, const Pyramid &
             if (i > 0)
                 scale = std::clamp(sums.scale(), 0.5f * scale, 2.0f * scale);
             // Damping relative to each unknown's own curvature.
-            Matrix H = sums.H();
-            Vector g = sums.g();
+            Matrix H = sums.normal_matrix();
+            Vector g = sums.right_side();
             const float stiffness = scale * scale / options_.independent_share;
             H.topLeftCorner<6, 6>() += stiffness * prior.information;
             g.head<6>() += stiffness * prior.information *
@@ -222,10 +222,10 @@ Alignment DirectAlignment::judge(const AlignmentTemplate &reference, const Pyram
         scale = sums.scale();
         if (last)
             break;
-        Eigen::Matrix2f H = sums.H().bottomRightCorner<2, 2>();
+        Eigen::Matrix2f H = sums.normal_matrix().bottomRightCorner<2, 2>();
         H(0, 0) += 1e-3f;
         H(1, 1) += 1e-3f;
-        const Eigen::Vector2f x = H.ldlt().solve(sums.g().tail<2>());
+        const Eigen::Vector2f x = H.ldlt().solve(sums.right_side().tail<2>());
         if (!x.allFinite())
             return at;
         at.offset += x[1] - gain_unit * middle_grey * x[0];
@@ -237,7 +237,7 @@ Alignment DirectAlignment::judge(const AlignmentTemplate &reference, const Pyram
     at.cost = sums.fixed_cost();
     at.inlier_share = static_cast<float>(sums.inliers()) / visible;
     at.visible_share = visible / static_cast<float>(reference.points(level).count);
-    Matrix H = sums.H() * (options_.independent_share / (scale * scale));
+    Matrix H = sums.normal_matrix() * (options_.independent_share / (scale * scale));
     H.topLeftCorner<6, 6>() += prior.information;
     for (int k = 0; k < 3; ++k)
         H(at_skew + k, at_skew + k) += 1.0f / (prior.skew_rad * prior.skew_rad + 1e-10f);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <span>
 
 namespace afterglow {
@@ -20,7 +21,7 @@ public:
     void add(std::span<const float *const> columns, const float *weight, int first = 0);
     /// Of columns i <= j.
     float operator()(int i, int j) const {
-        return sums_[static_cast<std::size_t>(i * most_columns + j)];
+        return sums_[static_cast<std::size_t>(i) * most_columns + static_cast<std::size_t>(j)];
     }
 
 private:
