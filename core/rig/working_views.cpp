@@ -7,15 +7,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <initializer_list>
 
 namespace afterglow {
 namespace {
 
 /// Depths between which the TOF camera's view is looked for in another camera's, metres.
 constexpr double nearest_m = 0.3, farthest_m = 10;
-/// The TOF camera's view there lies midway between those at the nearest and the farthest.
-constexpr double middle_m = 2 / (1 / nearest_m + 1 / farthest_m);
 /// Share of a view's sides that is added for what has just left the TOF camera's view.
 constexpr double margin = 0.1;
 constexpr double working_width = 640;
@@ -47,15 +44,14 @@ Field field_of(const CameraModel &camera) {
     return field;
 }
 
-/// The rays along which `camera` sees what the TOF camera sees at these depths, and the margin.
-Field field_of_tof(const CameraModel &tof, const CameraModel &camera, const Pose &camera_from_tof,
-                   std::initializer_list<double> depths_m) {
+/// The rays along which `camera` may see what the TOF camera sees, and the margin.
+Field field_of_tof(const CameraModel &tof, const CameraModel &camera, const Pose &camera_from_tof) {
     Field field;
     for_each_place(tof.pinhole, [&](double u, double v) {
         const auto ray = tof.ray(u, v);
         if (!ray)
             return;
-        for (const double z : depths_m) {
+        for (const double z : {nearest_m, farthest_m}) {
             const Eigen::Vector3d X =
                 camera_from_tof * Eigen::Vector3d(z * ray->x(), z * ray->y(), z);
             if (X.z() > 0.1 * z)
@@ -94,22 +90,15 @@ Views working_views(const RigGeometry &geometry) {
     views.published_from_tracking = geometry.published_from_color;
 
     const Pose color_from_tof = rig.tof_from_color.inverse();
-    // What is published is shown as near and as far as it may be. Images that are aligned alone
-    // need not show it all: beside the middle there is the margin, and a wider view has larger
-    // pixels.
-    const Field seen_by_color =
-        geometry.publishes_color()
-            ? field_of_tof(rig.tof, rig.color, color_from_tof, {nearest_m, farthest_m})
-            : field_of_tof(rig.tof, rig.color, color_from_tof, {middle_m});
+    const Field seen_by_color = field_of_tof(rig.tof, rig.color, color_from_tof);
     views.tracking = pinhole_of(
         seen_by_color, std::min(density(rig.color), working_width / seen_by_color.sizes().x()));
     double f = views.tracking.fx;
     if (geometry.publishes_color()) {
         views.published = views.tracking;
     } else {
-        const Field published =
-            field_of_tof(rig.tof, geometry.published,
-                         geometry.published_from_color * color_from_tof, {nearest_m, farthest_m});
+        const Field published = field_of_tof(rig.tof, geometry.published,
+                                             geometry.published_from_color * color_from_tof);
         f = std::max(working_width / published.sizes().x(), density(rig.tof));
         f = std::min({f, 2 * density(rig.tof), density(geometry.published)});
         if (geometry.publishes_tof())

@@ -10,8 +10,6 @@ namespace afterglow {
 /// looking the same way, with no more of the view than the TOF camera sees and a margin for what
 /// has just left it.
 ///
-/// At 0.3 to 10 m; the tracking camera, where it is not published, at the depth midway between.
-///
 /// Sizes: the tracking camera is at most 640 pixels wide and not finer than the colour camera.
 /// Where the colour camera is published, its view is composed there. Other published views are not
 /// finer than the published camera, nor than twice the TOF camera, nor wider than 640 pixels unless
