@@ -4,8 +4,10 @@
 #define HWY_TARGET_INCLUDE "core/keyframe/depth_comparison.cpp"
 #include "core/keyframe/depth_comparison.hpp"
 
+#include <array>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
+#include <span>
 
 // clang-format off: after Highway, once for each instruction set
 #include "core/base/lanes-inl.hpp"
@@ -179,30 +181,6 @@ void compare(const ComparedPoints &points, const DepthSurface &to, const Intrins
     }
 }
 
-void add_products(const DepthComparisons &block, int columns, float *HWY_RESTRICT sums) {
-    const Lanes d;
-    const int step = static_cast<int>(hn::Lanes(d));
-    alignas(16) DepthComparisons::Column weighted;
-    const auto product = [&](const DepthComparisons::Column &other) HWY_ATTR {
-        auto sum = hn::Zero(d);
-        for (int k = 0; k < block_size; k += step)
-            sum = hn::Add(sum, hn::Mul(hn::Load(d, &weighted[static_cast<std::size_t>(k)]),
-                                       hn::Load(d, &other[static_cast<std::size_t>(k)])));
-        return hn::GetLane(hn::SumOfLanes(d, sum));
-    };
-    for (int i = 0; i < columns; ++i) {
-        const DepthComparisons::Column &J = block.J[static_cast<std::size_t>(i)];
-        for (int k = 0; k < block_size; k += step) {
-            const auto at = static_cast<std::size_t>(k);
-            hn::Store(hn::Mul(hn::Load(d, &block.weight[at]), hn::Load(d, &J[at])), d,
-                      &weighted[at]);
-        }
-        for (int j = i; j < columns; ++j)
-            *sums++ = product(block.J[static_cast<std::size_t>(j)]);
-        *sums++ = product(block.error);
-    }
-}
-
 } // namespace
 } // namespace afterglow::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -212,7 +190,6 @@ namespace afterglow {
 namespace {
 
 HWY_EXPORT(compare);
-HWY_EXPORT(add_products);
 
 } // namespace
 
@@ -221,8 +198,13 @@ void compare_points(const ComparedPoints &points, const DepthSurface &to, const 
     HWY_DYNAMIC_DISPATCH(compare)(points, to, camera, pose, options, out);
 }
 
-void sum_products(const DepthComparisons &block, int columns, float *sums) {
-    HWY_DYNAMIC_DISPATCH(add_products)(block, columns, sums);
+void add_products(const DepthComparisons &block, int columns, WeightedProducts &products) {
+    std::array<const float *, DepthComparisons::motions + DepthComparisons::shapes + 1> of{};
+    const auto count = static_cast<std::size_t>(columns);
+    for (std::size_t i = 0; i < count; ++i)
+        of[i] = block.J[i].data();
+    of[count] = block.error.data();
+    products.add(std::span(of).first(count + 1), block.weight.data());
 }
 
 } // namespace afterglow

@@ -4,6 +4,7 @@
 #include "core/base/camera.hpp"
 #include "core/base/rigid_motion.hpp"
 #include "core/keyframe/depth_surface.hpp"
+#include "core/keyframe/weighted_products.hpp"
 
 #include <array>
 
@@ -12,7 +13,7 @@ namespace afterglow {
 /// Points of a measured surface that are compared with another map: a block of columns, of which
 /// the first `count` mean something; the rest are finite.
 struct ComparedPoints {
-    static constexpr int block = 64;
+    static constexpr int block = WeightedProducts::rows;
     using Column = std::array<float, block>;
 
     int count = 0;
@@ -57,13 +58,8 @@ struct ComparisonOptions {
 void compare_points(const ComparedPoints &points, const DepthSurface &to, const Intrinsics &camera,
                     const Pose &pose, const ComparisonOptions &options, DepthComparisons &out);
 
-/// Sums of weight J_i J_j and of weight J_i error over a block, for the first `columns` of J: row i
-/// has j = i .. columns - 1 and then the error, row after row. Real-time safe.
-void sum_products(const DepthComparisons &block, int columns, float *sums);
-
-/// How many sums that are.
-constexpr int product_count(int columns) {
-    return columns * (columns + 1) / 2 + columns;
-}
+/// Adds a block's products: of the first `columns` of J, and of the error, which follows them.
+/// Real-time safe.
+void add_products(const DepthComparisons &block, int columns, WeightedProducts &products);
 
 } // namespace afterglow

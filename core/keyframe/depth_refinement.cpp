@@ -70,25 +70,21 @@ int visit_readings(const DepthSurface &from, const Intrinsics &c, int grid, cons
 struct Sums {
     static constexpr int columns = DepthComparisons::motions;
 
-    std::array<float, product_count(columns)> products{};
+    WeightedProducts products; ///< of the derivatives and, last, the error
     std::array<int, DepthComparisons::bins + 1> histogram{};
     int sampled = 0, compared = 0, inliers = 0;
 
     Matrix6 information() const {
         Matrix6 H;
-        const float *sum = products.data();
-        for (int i = 0; i < columns; ++i, ++sum)
+        for (int i = 0; i < columns; ++i)
             for (int j = i; j < columns; ++j)
-                H(i, j) = H(j, i) = *sum++;
+                H(i, j) = H(j, i) = static_cast<float>(products(i, j));
         return H;
     }
     Vector6 g() const {
         Vector6 g;
-        const float *sum = products.data();
-        for (int i = 0; i < columns; ++i) {
-            sum += columns - i;
-            g[i] = -*sum++;
-        }
+        for (int i = 0; i < columns; ++i)
+            g[i] = -static_cast<float>(products(i, columns));
         return g;
     }
     float scale() const {
@@ -109,11 +105,8 @@ Sums compare_maps(const DepthSurface &from, const DepthSurface &to, const Intrin
     Sums sums;
     DepthComparisons block;
     sums.sampled = visit_readings(from, camera, grid, [&](const ComparedPoints &points) {
-        std::array<float, product_count(Sums::columns)> products;
         compare_points(points, to, camera, pose, options, block);
-        sum_products(block, Sums::columns, products.data());
-        for (std::size_t i = 0; i < products.size(); ++i)
-            sums.products[i] += products[i];
+        add_products(block, Sums::columns, sums.products);
         for (const int bin : block.bin)
             ++sums.histogram[static_cast<std::size_t>(bin)];
     });
@@ -170,27 +163,23 @@ CalibrationEvidence calibration_evidence(const DepthSurface &from, const DepthSu
     using Matrix6x10 = Eigen::Matrix<double, 6, 10>;
     constexpr int columns = DepthComparisons::motions + DepthComparisons::shapes;
     const int grid = grid_of(camera);
-    std::array<double, product_count(columns)> products{};
+    WeightedProducts products;
     const ComparisonOptions options{.robust_width2 =
                                         robust_width2 * fit.residual_scale * fit.residual_scale,
                                     .with_shape = true,
                                     .from_shape = from.correction().shape};
     DepthComparisons block;
     visit_readings(from, camera, grid, [&](const ComparedPoints &points) {
-        std::array<float, product_count(columns)> sums;
         compare_points(points, to, camera, fit.pose, options, block);
-        sum_products(block, columns, sums.data());
-        for (std::size_t i = 0; i < sums.size(); ++i)
-            products[i] += sums[i];
+        add_products(block, columns, products);
     });
     Matrix10 H = Matrix10::Zero(); // unknowns: motion after the fit (6), shape (3), lag (1)
     Vector10 g = Vector10::Zero();
     const double share = static_cast<double>(grid * grid) / shape_independent_px2;
-    const double *sum = products.data();
     for (int i = 0; i < columns; ++i) {
         for (int j = i; j < columns; ++j)
-            H(i, j) = H(j, i) = share * *sum++;
-        g[i] = -share * *sum++;
+            H(i, j) = H(j, i) = share * products(i, j);
+        g[i] = -share * products(i, columns);
     }
     // What the images told of the pose: where they put it moves with the lag.
     Matrix6x10 P = Matrix6x10::Zero();

@@ -43,8 +43,8 @@ struct DirectAlignment::Sums {
     /// Of two unknowns; `unknowns` stands for the error.
     float product(int i, int j) const {
         // What derives from the template's gradients grows with the gain.
-        const float scale = (i < at_gain ? gain : 1.0f) * (j < at_gain ? gain : 1.0f);
-        return scale * products(std::min(i, j), std::max(i, j));
+        const double scale = (i < at_gain ? gain : 1.0f) * (j < at_gain ? gain : 1.0f);
+        return static_cast<float>(scale * products(std::min(i, j), std::max(i, j)));
     }
     Matrix normal_matrix() const {
         return Matrix::NullaryExpr([this](Eigen::Index i, Eigen::Index j) {
@@ -82,7 +82,8 @@ struct DirectAlignment::Sums {
         const double var_seen = var_e + slope * (2 * cov + slope * var_k);
         return (cov + slope * var_k) / std::sqrt(var_k * var_seen);
     }
-    /// Median of |residual| / expected deviation, as a Gaussian's sigma.
+    /// Deviation of the residuals in expected deviations, from their median as a Gaussian's; at
+    /// least 1 and at most 12.
     float scale() const {
         int left = visible / 2;
         float median = Residuals::bin_width * Residuals::bins;
@@ -197,13 +198,12 @@ bool DirectAlignment::refine(const AlignmentTemplate &reference, const Pyramid &
 Alignment DirectAlignment::align(const AlignmentTemplate &reference, const Pyramid &image,
                                  const Placement &start, const PosePrior &prior, int coarsest,
                                  int finest) {
-    Alignment none;
-    Placement &at = none;
-    at.pose = start.pose;
-    at.skew = start.skew;
-    if (!refine(reference, image, prior, coarsest, finest, at))
-        return none;
-    return judge(reference, image, at, finest, prior);
+    Alignment result;
+    result.pose = start.pose;
+    result.skew = start.skew;
+    if (refine(reference, image, prior, coarsest, finest, result))
+        result = judge(reference, image, result, finest, prior);
+    return result;
 }
 
 Alignment DirectAlignment::judge(const AlignmentTemplate &reference, const Pyramid &image,

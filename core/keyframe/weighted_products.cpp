@@ -24,8 +24,8 @@ using Lanes = hn::CappedTag<float, WeightedProducts::rows>;
 /// of the smallest targets hold them and what they are made of, and each value read is used twice
 /// or four times.
 HWY_INLINE void add_tile(const float *HWY_RESTRICT weighted0, const float *HWY_RESTRICT weighted1,
-                         const float *const *columns, float *HWY_RESTRICT sums0,
-                         float *HWY_RESTRICT sums1) {
+                         const float *const *columns, double *HWY_RESTRICT sums0,
+                         double *HWY_RESTRICT sums1) {
     const Lanes d;
     const float *const column0 = columns[0], *const column1 = columns[1];
     const float *const column2 = columns[2], *const column3 = columns[3];
@@ -46,7 +46,7 @@ HWY_INLINE void add_tile(const float *HWY_RESTRICT weighted0, const float *HWY_R
         s03 = hn::MulAdd(w0, c3, s03);
         s13 = hn::MulAdd(w1, c3, s13);
     }
-    const auto add = [&](float &sum, auto lanes)
+    const auto add = [&](double &sum, auto lanes)
                          HWY_ATTR { sum += hn::GetLane(hn::SumOfLanes(d, lanes)); };
     add(sums0[0], s00);
     add(sums0[1], s01);
@@ -58,9 +58,10 @@ HWY_INLINE void add_tile(const float *HWY_RESTRICT weighted0, const float *HWY_R
     add(sums1[3], s13);
 }
 
-/// Row after row of sums, each of most_columns. Of columns first .. end - 1, both multiples of 4.
+/// Adds to a square matrix of sums, row by row, the products of the columns first .. end - 1; both
+/// are multiples of 4.
 void add_products(const float *const *columns, int first, int end, const float *HWY_RESTRICT weight,
-                  float *HWY_RESTRICT sums) {
+                  double *HWY_RESTRICT sums) {
     constexpr int rows = WeightedProducts::rows, width = WeightedProducts::most_columns;
     const Lanes d;
     HWY_ALIGN float weighted[2][rows];

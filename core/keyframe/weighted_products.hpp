@@ -7,8 +7,10 @@
 
 namespace afterglow {
 
-/// Sums of weighted products of columns, which come in blocks of rows: J' W J and J' W e of a least
-/// squares problem whose last column is the error. Real-time safe.
+/// Sums of weighted products of columns: J' W J and J' W e of a least squares problem with the
+/// derivatives J, the weights W and the error e as the last column. Rows come in blocks. Products
+/// are summed in single precision within a block and in double precision from block to block.
+/// Real-time safe.
 class WeightedProducts {
 public:
     static constexpr int rows = 64; ///< of a block
@@ -20,12 +22,12 @@ public:
     /// of 4.
     void add(std::span<const float *const> columns, const float *weight, int first = 0);
     /// Of columns i <= j.
-    float operator()(int i, int j) const {
+    double operator()(int i, int j) const {
         return sums_[static_cast<std::size_t>(i) * most_columns + static_cast<std::size_t>(j)];
     }
 
 private:
-    std::array<float, most_columns * most_columns> sums_{};
+    std::array<double, most_columns * most_columns> sums_{};
 };
 
 } // namespace afterglow

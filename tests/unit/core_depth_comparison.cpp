@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Points compared with a map in vectors, against the formulas one by one; the same for their sums.
+// Points compared with a map in vectors, against the formulas one by one.
 #include "core/keyframe/depth_comparison.hpp"
 #include "tests/catch.hpp"
 
@@ -114,28 +114,22 @@ TEST_CASE("points are compared with a map in vectors as one by one", "[core][ref
     }
 }
 
-TEST_CASE("products of a block are summed as one by one", "[core][refinement]") {
-    std::mt19937 random(8);
-    std::normal_distribution<float> any(0, 1);
+TEST_CASE("the error of compared points follows their derivatives in weighted products",
+          "[core][refinement]") {
     DepthComparisons block;
-    for (DepthComparisons::Column &column : block.J)
-        std::ranges::generate(column, [&] { return any(random); });
-    std::ranges::generate(block.error, [&] { return any(random); });
-    std::ranges::generate(block.weight, [&] { return std::abs(any(random)); });
+    for (std::size_t i = 0; i < block.J.size(); ++i)
+        block.J[i].fill(static_cast<float>(i + 1));
+    block.error.fill(100);
+    block.weight.fill(0.5f);
     for (const int columns : {6, 9}) {
-        std::array<float, product_count(9)> sums{};
-        sum_products(block, columns, sums.data());
-        std::size_t at = 0;
-        for (int i = 0; i < columns; ++i)
-            for (int j = i; j <= columns; ++j, ++at) {
-                const auto row = static_cast<std::size_t>(i);
-                const DepthComparisons::Column &other =
-                    j < columns ? block.J[static_cast<std::size_t>(j)] : block.error;
-                double sum = 0;
-                for (std::size_t k = 0; k < ComparedPoints::block; ++k)
-                    sum += block.weight[k] * block.J[row][k] * other[k];
-                CHECK(sums[at] == Approx(sum).epsilon(1e-4).margin(1e-4));
-            }
-        CHECK(static_cast<int>(at) == product_count(columns));
+        WeightedProducts products;
+        add_products(block, columns, products);
+        add_products(block, columns, products);
+        const double sum_of_weights = 2 * 0.5 * ComparedPoints::block;
+        for (int i = 0; i < columns; ++i) {
+            for (int j = i; j < columns; ++j)
+                CHECK(products(i, j) == sum_of_weights * (i + 1) * (j + 1));
+            CHECK(products(i, columns) == sum_of_weights * (i + 1) * 100);
+        }
     }
 }
