@@ -30,8 +30,9 @@ struct TemplatePoints {
     /// Columns of derivatives of the grey value that a template promises.
     enum Derivative {
         by_motion = 0, ///< 6: (v, w) of the scene, X -> X + v + w x X; per metre and per radian
-        by_skew = 6,   ///< 3: of a turn that grows by a radian from top to bottom
-        by_gain = 9,   ///< 1: of a gain about a middle grey value, in units of `gain_unit`
+        by_skew =
+            6, ///< 3: Placement::skew, a turn that grows from the first row to the last; per radian
+        by_gain = 9, ///< 1: of a gain about a middle grey value, in units of `gain_unit`
         derivatives = 10
     };
     /// So that the column is about as large as the others.
@@ -44,7 +45,7 @@ struct TemplatePoints {
     std::vector<float> intensity; ///< grey value in the keyframe
     std::vector<float> row;       ///< place in the picture from top (-0.5) to bottom (0.5)
     std::vector<float> gradient;  ///< length of the image gradient, grey values per level's pixel
-    Eigen::Matrix<float, Eigen::Dynamic, derivatives> J; ///< grey values
+    Eigen::Matrix<float, Eigen::Dynamic, derivatives> J; ///< grey values per unit of a Derivative
 };
 
 /// All of a keyframe that direct alignment needs, worked out once: points with a strong gradient

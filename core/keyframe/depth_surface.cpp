@@ -283,21 +283,21 @@ void DepthSurface::smooth(int v, int radius, const AmplitudeWeights *weights, fl
     }
 }
 
-/// By how much smoothing by narrow windows would differ from that by wide ones, row by row, and its
-/// mean over wide windows.
+/// The difference between a map smoothed by narrow windows, of half the radius, and smoothed by
+/// wide ones, and its mean over a wide window. Row by row: few rows are kept. Metres.
 class DepthSurface::NarrowWindows {
 public:
     NarrowWindows(DepthSurface &surface, const AmplitudeWeights *weights)
         : of_(surface), weights_(weights), r_(surface.options_.smooth_radius_px) {}
 
-    /// Begins with the rows around row v.
+    /// Begins with row v, at least one radius from the first row.
     void start(int v) {
         std::ranges::fill(of_.sums_, 0.0f);
         std::ranges::fill(of_.narrow_.pixels(), 0.0f);
         for (int row = v - r_; row <= v + r_; ++row)
             load(row);
     }
-    /// Goes on to row v, the next.
+    /// Goes on to row v, which is the row after the last.
     void next(int v) { load(v + r_); }
     /// Calls visit(u, difference, mean) for all pixels of row v that have whole windows.
     template <class Visit>
@@ -320,7 +320,7 @@ private:
     /// Row v instead of the one that was loaded longest ago.
     void load(int v) {
         const int w = of_.smooth_.width(), h = of_.smooth_.height();
-        float *row = of_.narrow_.row((v + of_.narrow_.height()) % of_.narrow_.height());
+        float *row = of_.narrow_.row(v % of_.narrow_.height());
         for (int u = 0; u < w; ++u)
             of_.sums_[static_cast<std::size_t>(u)] -= row[u];
         if (v < r_ || v >= h - r_) { // smoothed by neither
@@ -340,8 +340,10 @@ private:
     int r_;
 };
 
-// On planes narrow and wide windows differ by noise, in sigmas of a reading the same everywhere:
-// its deviation is told by the median. What is more than three of them is a crease.
+// On planes the mean difference between narrow and wide windows is noise, whose deviation is the
+// same share of a reading's sigma everywhere; the median over the map tells that share. Where the
+// mean difference is more than three of its deviations the surface is bent: there the narrow
+// window's value is taken.
 void DepthSurface::keep_creases(const AmplitudeWeights *weights) {
     constexpr int bins_per_sigma = 256;
     constexpr float median_of_gaussian = 0.6745f, deviations = 3;

@@ -25,8 +25,8 @@ struct SurfaceOptions {
     float farthest_m = 12.0f;
     /// Edge-preserving smoothing: half the window, pixels. 0 = none.
     int smooth_radius_px = 2;
-    /// Where windows of half that size tell something else than noise, they are taken: wide ones
-    /// round creases off. Pixels of a coarse map are wide.
+    /// Smooth by windows of half that radius where the surface is bent: wide windows round creases
+    /// off. For coarse maps, whose pixels are wide.
     bool keep_creases = false;
 };
 
@@ -94,8 +94,8 @@ private:
     std::vector<std::int16_t> bend_;                 ///< of columns, ReadingRow::by_column
     std::vector<std::uint8_t> flags_;                ///< of one row, and some that stay 0
     std::array<std::vector<std::int16_t>, 2> steps_; ///< of a row and the next
-    Image<float> narrow_;     ///< what narrow windows differ by, of a few rows
-    std::vector<float> sums_; ///< of its columns
+    Image<float> narrow_;     ///< NarrowWindows' differences: of a few rows, metres
+    std::vector<float> sums_; ///< of narrow_'s columns
     SurfaceTiles tiles_;
     float fill_ = 0, variation_ = 0, edge_jump_ = 0, slope_ = 0;
     float jump_sum_ = 0;

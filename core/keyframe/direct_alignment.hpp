@@ -64,7 +64,8 @@ public:
     DirectAlignment(const AlignmentOptions &options, int points_per_level);
 
     /// Improves a placement over levels `coarsest` down to `finest`. False, and `at` as it was,
-    /// where too few points are in view or there is nothing to be gained.
+    /// where too few points are in view, the system cannot be solved, or a step is longer than 1 m
+    /// or 0.5 rad.
     bool refine(const AlignmentTemplate &reference, const Pyramid &image, const PosePrior &prior,
                 int coarsest, int finest, Placement &at);
 
@@ -73,22 +74,25 @@ public:
     Alignment judge(const AlignmentTemplate &reference, const Pyramid &image,
                     const Placement &start, int level, const PosePrior &prior = {});
 
-    /// refine() from the pose and skew of `start`, then judge().
+    /// refine() from the pose and skew of `start`, then judge(). Where refine() fails the result is
+    /// not good and has the pose and skew of `start`.
     Alignment align(const AlignmentTemplate &reference, const Pyramid &image,
                     const Placement &start, const PosePrior &prior, int coarsest, int finest);
 
 private:
     struct Sums;
+    /// Which products sum_up() finds: none, those of gain and offset, or all.
     enum class Wanted { scale, brightness, all };
     /// Fills grey_ with what the image shows at the points of a level.
     void look_up(const AlignmentTemplate &reference, const Pyramid &image, int level,
                  const Placement &at);
-    /// Of what was looked up last, with a robust cost of so many expected deviations.
+    /// Sums over the residuals of what was looked up last. `scale`: their assumed deviation, in
+    /// expected deviations; the robust cost's width is a multiple of it.
     void sum_up(const AlignmentTemplate &reference, int level, const Placement &at, float scale,
                 Wanted wanted, Sums &sums) const;
 
     AlignmentOptions options_;
-    std::vector<float> grey_;
+    std::vector<float> grey_; ///< PointsSeen::grey of all points of a level
 };
 
 } // namespace afterglow

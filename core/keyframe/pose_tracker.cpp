@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace afterglow {
-
 namespace {
 
-/// Root mean square of how far a level's points move in the image between two poses, pixels; points
-/// behind the camera do not count.
+/// Root mean square of how far a level's points move in the image from one pose to another, pixels
+/// of that level. Points behind the camera at either pose do not count; infinite if all are.
 double displacement_px(const AlignmentTemplate &reference, int level, const Pose &a,
                        const Pose &b) {
     constexpr int every = 16;
@@ -26,7 +26,7 @@ double displacement_px(const AlignmentTemplate &reference, int level, const Pose
         squares += (camera.project(in_a) - camera.project(in_b)).squaredNorm();
         ++count;
     }
-    return std::sqrt(squares / std::max(count, 1));
+    return count > 0 ? std::sqrt(squares / count) : std::numeric_limits<double>::infinity();
 }
 
 } // namespace
@@ -35,8 +35,9 @@ Alignment PoseTracker::track(const AlignmentTemplate &reference, const Pyramid &
                              std::span<const Pose> starts, const PosePrior &prior) {
     const int coarsest = reference.options().coarsest_level;
     const int finest = reference.options().finest_level;
-    // Each start goes as far as the second coarsest level; the best of them all the way. One that
-    // is nearer than a pixel to where another has led would lead there, too.
+    // Each start goes as far as the second coarsest level; the best of them all the way. A start
+    // within a pixel of the coarsest level of the pose that another has led to would lead there,
+    // too.
     const int middle = std::max(coarsest - 1, finest);
     Placement from;
     from.pose = starts[0];

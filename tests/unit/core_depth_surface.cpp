@@ -71,7 +71,8 @@ TEST_CASE("depth smoothing removes noise but does not cross depth edges", "[core
             REQUIRE(surface.z()(u, v) == Approx(u < 50 ? 1 : 2).margin(0.03));
 }
 
-TEST_CASE("where a surface is bent narrow windows smooth it, and elsewhere wide ones", "[core]") {
+TEST_CASE("depth smoothing uses narrow windows where a surface is bent, and wide ones elsewhere",
+          "[core]") {
     std::mt19937 random(5);
     std::normal_distribution<double> noise(0, 3);
     DepthMap roof(camera.width, camera.height); // with its ridge in column 50
