@@ -24,6 +24,13 @@ bool Daemon::is_running(const std::string &bus) {
            sd_bus_get_name_creds(connection.get(), "org.afterglow.Depth1", 0, nullptr) >= 0;
 }
 
+Result<Json> Daemon::properties_on(const std::string &bus) {
+    Result<Daemon> daemon = connect(bus);
+    if (!daemon)
+        return daemon.error();
+    return daemon->properties();
+}
+
 Result<Json> Daemon::properties() {
     const Result<Message> answer =
         ask(properties_of(depth_interface), "GetAll", "s", depth_interface.name);

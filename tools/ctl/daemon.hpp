@@ -30,6 +30,8 @@ public:
     static Result<Daemon> connect(const std::string &bus);
     /// Whether there is a bus with a daemon on it. Has the bus start none.
     static bool is_running(const std::string &bus);
+    /// properties() of the daemon on that bus, for those who want nothing else.
+    static Result<Json> properties_on(const std::string &bus);
 
     /// Calls a method of org.afterglow.Depth1 with `arguments` of the D-Bus types `types`. Gives
     /// what it answers; null when that is nothing.

@@ -25,10 +25,7 @@ Result<Checked> read(const RigFiles &files, const Settings &settings) {
             return rig.error();
         return Checked{*std::move(rig), {}};
     }
-    Result<Daemon> daemon = Daemon::connect(settings.bus);
-    if (!daemon)
-        return daemon.error();
-    const Result<Json> properties = daemon->properties();
+    const Result<Json> properties = Daemon::properties_on(settings.bus);
     if (!properties)
         return properties.error();
     Result<PartialRig> rig = running_rig(*properties);

@@ -106,10 +106,7 @@ void print(const PartialRig &rig) {
 Result<PartialRig> read_or_ask(const RigFiles &files, const std::string &bus) {
     if (!files.paths.empty())
         return read_rig(files);
-    Result<Daemon> daemon = Daemon::connect(bus);
-    if (!daemon)
-        return daemon.error();
-    const Result<Json> properties = daemon->properties();
+    const Result<Json> properties = Daemon::properties_on(bus);
     if (!properties)
         return properties.error();
     return running_rig(*properties);
