@@ -19,10 +19,13 @@ constexpr float same_place_px = 0.1f, same_depth = 0.0005f;
 
 /// Length of DepthComposer's bins of depth.
 constexpr float depth_bin_m = 0.1f;
-constexpr unsigned bin_mm = 100;
+constexpr std::uint16_t bin_mm = 100;
 
-constexpr std::size_t depth_bin(unsigned millimetres) {
-    return std::min<unsigned>(millimetres / bin_mm, DepthComposer::depth_bins - 1);
+/// Of a pixel's class and depth.
+constexpr std::uint16_t place_in_table(std::uint8_t of, std::uint16_t millimetres) {
+    constexpr std::uint16_t last = DepthComposer::depth_bins - 1;
+    const auto bin = std::min<std::uint16_t>(millimetres / bin_mm, last);
+    return static_cast<std::uint16_t>(of * DepthComposer::depth_bins + bin);
 }
 
 } // namespace
@@ -171,7 +174,7 @@ DepthComposer::ConfidenceTable DepthComposer::confidences(float error_scale) con
         for (int d = 1; d <= DepthSurface::far_from_edge; ++d) {
             const Layer &layer = layers_[static_cast<std::size_t>(l)];
             for (int b = 0; b < depth_bins; ++b)
-                table[static_cast<std::size_t>(l << layer_shift | d)][static_cast<std::size_t>(b)] =
+                table[static_cast<std::size_t>((l << layer_shift | d) * depth_bins + b)] =
                     estimated_confidence(
                         layer.error.misplaced +
                         error_scale * pixel_error(layer.error, layer.noise,
@@ -205,10 +208,8 @@ std::uint32_t DepthComposer::judge_cell(int x, int y, const ConfidenceTable &tab
                                   : measured_confidence;
     std::array<std::uint8_t, 256> lowered{}; // 0: not yet worked out
     const auto lower = [&](std::uint8_t confidence) {
-        if (confidence == no_confidence)
-            return confidence;
         std::uint8_t &found = lowered[confidence];
-        if (found == 0) {
+        if (found == 0 && confidence != no_confidence) {
             found = std::min(confidence, most);
             if (local >= confidence_step)
                 found = estimated_confidence(std::hypot(expected_error(found), local));
@@ -227,18 +228,23 @@ std::uint32_t DepthComposer::judge_cell(int x, int y, const ConfidenceTable &tab
                 std::uint64_t low = 0, high = 0;
                 std::memcpy(&low, of + u, sizeof low);
                 std::memcpy(&high, of + u + sizeof low, sizeof high);
-                const std::size_t bin = depth_bin(depth[u]);
+                const std::size_t place = place_in_table(of[u], depth[u]);
                 if (low == high && low == all_alike * of[u] &&
-                    bin == depth_bin(depth[u + run - 1])) {
-                    const std::uint8_t c = lower(table[of[u]][bin]);
+                    place == place_in_table(of[u], depth[u + run - 1])) {
+                    const std::uint8_t c = lower(table[place]);
                     std::memset(confidence + u, c, run);
                     sum += run * std::uint32_t{c};
                     continue;
                 }
             }
-            for (int i = u; i < std::min(u + run, end_u); ++i) {
-                confidence[i] = lower(table[of[i]][depth_bin(depth[i])]);
-                sum += confidence[i];
+            std::array<std::uint16_t, run> places;
+            const int count = std::min(run, end_u - u);
+            for (int i = 0; i < count; ++i) // the compiler makes vector code of it
+                places[static_cast<std::size_t>(i)] = place_in_table(of[u + i], depth[u + i]);
+            for (int i = 0; i < count; ++i) {
+                const std::uint8_t c = lower(table[places[static_cast<std::size_t>(i)]]);
+                confidence[u + i] = c;
+                sum += c;
             }
         }
     }

@@ -72,9 +72,8 @@ private:
     static constexpr int most_layers = 16;
     /// A pixel's class: the distance of its point from the next depth edge, and in which layer.
     static constexpr int layer_shift = 3;
-    /// Confidence by class and by bin of depth; none where there is no depth.
-    using ConfidenceTable =
-        std::array<std::array<std::uint8_t, depth_bins>, most_layers << layer_shift>;
+    /// Confidence by class and by bin of depth, class after class; none where there is no depth.
+    using ConfidenceTable = std::array<std::uint8_t, (most_layers << layer_shift) * depth_bins>;
     /// Of when, from where and how the first map of the composed one was drawn.
     struct Drawn {
         std::int64_t t_ns = 0; ///< Keyframe's
