@@ -9,6 +9,7 @@
 #define AFTERGLOW_CORE_BASE_LANES_INL_HPP
 #endif
 
+#include <algorithm>
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
@@ -28,6 +29,27 @@ template <class Work>
         work(whole, i);
     for (; i < count; ++i)
         work(single, i);
+}
+
+/// Calls work(tag, i) for whole vectors of floats only, of fewer lanes where `count` is less. The
+/// last one may begin before the end of the one before: it must do no harm to do work twice.
+template <class D, class Work>
+[[maybe_unused]] HWY_API void for_overlapping_lanes(D d, int count, const Work &work) {
+    const int lanes = static_cast<int>(hn::Lanes(d));
+    if (count < lanes) {
+        if constexpr (hn::MaxLanes(D()) > 1)
+            for_overlapping_lanes(hn::Half<D>(), count, work);
+        return;
+    }
+    const int last = count - lanes;
+    for (int i = -lanes; i < last;) {
+        i = std::min(i + lanes, last);
+        work(d, i);
+    }
+}
+template <class Work>
+[[maybe_unused]] HWY_API void for_overlapping_lanes(int count, const Work &work) {
+    for_overlapping_lanes(hn::ScalableTag<float>(), count, work);
 }
 
 /// Integers that are in the order of the floats, as long as one of the two that are compared is not

@@ -41,7 +41,7 @@ DepthSurface::DepthSurface(const Intrinsics &camera, const SurfaceOptions &optio
       distance_(camera.width, camera.height, std::uint8_t{far_from_edge}),
       bend_(static_cast<std::size_t>(camera.width)),
       flags_(static_cast<std::size_t>(camera.width) + sizeof(std::uint64_t)),
-      tiles_(camera.width, camera.height) {
+      pieces_(camera.width, camera.height) {
     for (std::vector<std::int16_t> &steps : steps_)
         steps.resize(static_cast<std::size_t>(camera.width) + 2 * row_slack);
     if (options.keep_creases) {
@@ -66,7 +66,7 @@ void DepthSurface::build(DepthView depth, WorkerPool &pool, const DepthCorrectio
     });
     if (options_.keep_creases && options_.smooth_radius_px > 1)
         keep_creases(weights);
-    tiles_.find(smooth_, distance_);
+    pieces_.find(smooth_, distance_);
 }
 
 void DepthSurface::load(DepthView depth) {

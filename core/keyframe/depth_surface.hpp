@@ -7,7 +7,7 @@
 #include "core/keyframe/self_calibration.hpp"
 #include "core/keyframe/sensor_noise.hpp"
 #include "core/keyframe/surface_kernels.hpp"
-#include "core/keyframe/surface_tiles.hpp"
+#include "core/keyframe/surface_pieces.hpp"
 
 #include <array>
 #include <vector>
@@ -53,7 +53,7 @@ public:
     ImageView<const float> z() const { return smooth_; }
     /// Pixels to the next depth edge (1 = on it), at most far_from_edge.
     ImageView<const std::uint8_t> edge_distance() const { return distance_; }
-    ImageView<const SurfaceTile> tiles() const { return tiles_.view(); }
+    const SurfacePieces &pieces() const { return pieces_; }
     /// Share of all pixels that have depth.
     float fill() const { return fill_; }
     /// How much the depth changes from pixel to pixel: mean |dz| / z between neighbours, per pixel,
@@ -96,7 +96,7 @@ private:
     std::array<std::vector<std::int16_t>, 2> steps_; ///< of a row and the next
     Image<float> narrow_;     ///< NarrowWindows' differences: of a few rows, metres
     std::vector<float> sums_; ///< of narrow_'s columns
-    SurfaceTiles tiles_;
+    SurfacePieces pieces_;
     float fill_ = 0, variation_ = 0, edge_jump_ = 0, slope_ = 0;
     float jump_sum_ = 0;
     int jumps_ = 0;

@@ -1,59 +1,103 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/keyframe/surface_tiles.hpp"
+// Compiled once for each instruction set; the best of them is chosen when first called.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "core/keyframe/surface_pieces.cpp"
+#include "core/keyframe/surface_pieces.hpp"
 
 #include <algorithm>
-#include <bit>
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
 
+HWY_BEFORE_NAMESPACE();
+namespace afterglow::HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// As many whole pieces of a row as fill vectors, from the left. Depths are not negative, so their
+/// bits are in their order; less one, no depth is beyond all. Returns how many pieces it has found.
+int find_row(ImageView<const float> z, ImageView<const std::uint8_t> edge_distance, int first_row,
+             float *HWY_RESTRICT nearest, float *HWY_RESTRICT farthest,
+             std::uint8_t *HWY_RESTRICT edges) {
+    constexpr int px = SurfacePieces::piece_px;
+    static_assert(px == 4, "so many columns are loaded at once");
+    const hn::ScalableTag<std::uint32_t> d;
+    const hn::RebindToSigned<decltype(d)> di;
+    const hn::Rebind<float, decltype(d)> df;
+    const hn::Rebind<std::uint8_t, decltype(d)> d8;
+    const int lanes = static_cast<int>(hn::Lanes(d)), whole = z.width() / px;
+    const int end_row = std::min(first_row + px, z.height());
+    const auto one = hn::Set(d, 1);
+    int x = 0;
+    for (; x + lanes <= whole; x += lanes) {
+        auto least = hn::Set(d, ~std::uint32_t{0}), near = least, far = hn::Zero(d);
+        auto edge = hn::Set(d8, 255);
+        for (int v = first_row; v < end_row; ++v) {
+            hn::Vec<decltype(df)> depths[px];
+            hn::LoadInterleaved4(df, z.row(v) + x * px, depths[0], depths[1], depths[2], depths[3]);
+            for (const auto &column : depths) {
+                const auto bits = hn::BitCast(d, column);
+                least = hn::Min(least, bits);
+                near = hn::Min(near, hn::Sub(bits, one));
+                far = hn::Max(far, bits);
+            }
+            hn::Vec<decltype(d8)> e[px];
+            hn::LoadInterleaved4(d8, edge_distance.row(v) + x * px, e[0], e[1], e[2], e[3]);
+            edge = hn::Min(edge, hn::Min(hn::Min(e[0], e[1]), hn::Min(e[2], e[3])));
+        }
+        hn::StoreU(hn::BitCast(df, hn::Add(near, one)), df, nearest + x);
+        hn::StoreU(hn::BitCast(df, far), df, farthest + x);
+        const auto holes = hn::Eq(least, hn::Zero(d));
+        const auto without = hn::IfThenZeroElse(holes, hn::PromoteTo(d, edge));
+        hn::StoreU(hn::DemoteTo(d8, hn::BitCast(di, without)), d8, edges + x);
+    }
+    return x;
+}
+
+} // namespace
+} // namespace afterglow::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
 namespace afterglow {
 namespace {
 
-constexpr int tile_count(int pixels) {
-    return (pixels + SurfaceTiles::tile_px - 1) / SurfaceTiles::tile_px;
+HWY_EXPORT(find_row);
+
+constexpr int piece_count(int pixels) {
+    return (pixels + SurfacePieces::piece_px - 1) / SurfacePieces::piece_px;
 }
 
 } // namespace
 
-SurfaceTiles::SurfaceTiles(int width, int height)
-    : tiles_(tile_count(width), tile_count(height)), least_(static_cast<std::size_t>(width)),
-      nearest_(least_.size()), farthest_(least_.size()), edge_(least_.size()) {}
+SurfacePieces::SurfacePieces(int width, int height)
+    : nearest_(piece_count(width), piece_count(height)),
+      farthest_(nearest_.width(), nearest_.height()),
+      edge_distance_(nearest_.width(), nearest_.height()) {}
 
-// Depths are not negative, so their bits are in their order; less one, no depth is beyond all.
-void SurfaceTiles::find(ImageView<const float> z, ImageView<const std::uint8_t> edge_distance) {
-    const std::size_t width = least_.size();
-    std::uint32_t *const least = least_.data(), *const nearest = nearest_.data(),
-                         *const farthest = farthest_.data();
-    std::uint8_t *const edge = edge_.data();
-    for (int y = 0; y < tiles_.height(); ++y) {
-        std::ranges::fill(least_, 0xffffffffu);
-        std::ranges::fill(nearest_, 0xffffffffu);
-        std::ranges::fill(farthest_, 0u);
-        std::ranges::fill(edge_, std::uint8_t{255});
-        for (int v = y * tile_px; v < std::min((y + 1) * tile_px, z.height()); ++v) {
-            const float *const depths = z.row(v);
-            const std::uint8_t *const distances = edge_distance.row(v);
-            for (std::size_t u = 0; u < width; ++u) {
-                const auto bits = std::bit_cast<std::uint32_t>(depths[u]);
-                least[u] = std::min(least[u], bits);
-                nearest[u] = std::min(nearest[u], bits - 1);
-                farthest[u] = std::max(farthest[u], bits);
-            }
-            for (std::size_t u = 0; u < width; ++u)
-                edge[u] = std::min(edge[u], distances[u]);
-        }
-        for (int x = 0; x < tiles_.width(); ++x) {
-            const auto begin = static_cast<std::size_t>(x) * tile_px;
-            const std::size_t end = std::min(begin + tile_px, width);
-            std::uint32_t l = least[begin], n = nearest[begin], f = farthest[begin];
-            std::uint8_t e = edge[begin];
-            for (std::size_t u = begin + 1; u < end; ++u) {
-                l = std::min(l, least[u]);
-                n = std::min(n, nearest[u]);
-                f = std::max(f, farthest[u]);
-                e = std::min(e, edge[u]);
-            }
-            tiles_(x, y) = {std::bit_cast<float>(n + 1), std::bit_cast<float>(f), e, l != 0};
+void SurfacePieces::find(ImageView<const float> z, ImageView<const std::uint8_t> edge_distance) {
+    for (int y = 0; y < nearest_.height(); ++y) {
+        const int first_row = y * piece_px, end_row = std::min(first_row + piece_px, z.height());
+        float *const nearest = nearest_.row(y), *const farthest = farthest_.row(y);
+        std::uint8_t *const edges = edge_distance_.row(y);
+        int x =
+            HWY_DYNAMIC_DISPATCH(find_row)(z, edge_distance, first_row, nearest, farthest, edges);
+        for (; x < nearest_.width(); ++x) {
+            float near = 0, far = 0;
+            std::uint8_t edge = 255;
+            for (int v = first_row; v < end_row; ++v)
+                for (int u = x * piece_px; u < std::min((x + 1) * piece_px, z.width()); ++u) {
+                    const float depth = z(u, v);
+                    edge = depth == 0.0f ? std::uint8_t{0} : std::min(edge, edge_distance(u, v));
+                    near = near == 0.0f || (depth != 0.0f && depth < near) ? depth : near;
+                    far = std::max(far, depth);
+                }
+            nearest[x] = near;
+            farthest[x] = far;
+            edges[x] = edge;
         }
     }
 }
 
 } // namespace afterglow
+#endif

@@ -57,10 +57,10 @@ Eigen::Matrix2f SurfaceProjection::jacobian(const Eigen::Vector3f &seen, float z
     return z / seen.z() * (turn_.topLeftCorner<2, 2>() - seen.head<2>() * turn_.row(2).head<2>());
 }
 
-RowProjection SurfaceProjection::row(int v) const {
-    const float row = static_cast<float>(v), part = skewed_ ? row / rows_ - 0.5f : 0;
+RowProjection SurfaceProjection::row(float v) const {
+    const float part = skewed_ ? v / rows_ - 0.5f : 0;
     const Eigen::Matrix3f A = turn_ + part * turn_skew_;
-    return {A.col(0), A.col(1) * row + A.col(2), shift_};
+    return {A.col(0), A.col(1) * v + A.col(2), shift_};
 }
 
 } // namespace afterglow

@@ -25,7 +25,7 @@ public:
                       const RollingShutter &shutter);
 
     /// Of the points of row v.
-    RowProjection row(int v) const;
+    RowProjection row(float v) const;
     /// What happens while the view is read.
     const RowMotion &while_read() const { return motion_; }
 
@@ -46,6 +46,9 @@ public:
     Line line(float u, float v, float view_row) const;
     /// Where pixel (u, v) of the surface with depth z, metres, is seen: pixel and depth.
     Eigen::Vector3f operator()(float u, float v, float z) const;
+    /// Takes homogeneous pixels of the surface's middle row to those of the view, of points that
+    /// are infinitely far away.
+    const Eigen::Matrix3f &turn() const { return turn_; }
     /// By how much the pixel at which a point with depth z is seen moves with the surface's pixel.
     /// `seen`: where it is seen, and its depth there.
     Eigen::Matrix2f jacobian(const Eigen::Vector3f &seen, float z) const;

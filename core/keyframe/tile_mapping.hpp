@@ -6,11 +6,11 @@
 #include "core/keyframe/surface_projection.hpp"
 
 #include <Eigen/Core>
-#include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 namespace afterglow {
 
@@ -24,7 +24,7 @@ enum class TileContent : std::uint8_t {
 /// Which tiles of a view show one smooth part of a surface, and where their pixels are on the
 /// surface: those need no projection of single points, and nothing hides anything there.
 ///
-/// The view is parted into tiles, the surface into pieces (SurfaceTile).
+/// The view is parted into tiles, the surface into pieces (SurfacePieces).
 ///
 /// Allocates when made; the calls are real-time safe.
 class TileMapping {
@@ -35,8 +35,10 @@ public:
     /// an edge.
     TileMapping(const Intrinsics &from, const Intrinsics &to, int least_edge_distance_px);
 
-    /// `margin_px`: what mixed tiles need to know of their surroundings.
-    void find(const DepthSurface &surface, const SurfaceProjection &projection, float margin_px);
+    /// `correction`: of the readings that corners tell; `margin_px`: what mixed tiles need to know
+    /// of their surroundings.
+    void find(const DepthSurface &surface, const SurfaceProjection &projection,
+              const DepthCorrection &correction, float margin_px);
 
     int columns() const { return tiles_.width(); }
     int rows() const { return tiles_.height(); }
@@ -61,7 +63,7 @@ public:
     /// The same for pixels of the surface's row v whose points may land in, or around, mixed tiles.
     template <class Visit>
     void for_each_landing_run(int v, const Visit &visit) const {
-        constexpr int size = SurfaceTiles::tile_px;
+        constexpr int size = SurfacePieces::piece_px;
         const std::uint8_t *landing = landing_.row(v / size);
         for (int x = 0; x < landing_.width(); ++x) {
             if (!landing[x])
@@ -74,43 +76,39 @@ public:
     }
 
 private:
-    /// Where a piece of the surface is seen.
-    struct SeenPiece {
-        Eigen::AlignedBox2f box;          ///< pixels of the view; empty: nowhere
-        Eigen::Vector2f to_surface{0, 0}; ///< from its centre's picture, nearest, to its centre
-        bool in_front = true;             ///< no part of it is behind the camera
-    };
     /// What is known of a tile of the view.
     struct Tile {
         TileContent content = TileContent::nothing;
         std::uint8_t least_edge_distance = 255;
-        float nearest = 0, farthest = 0;  ///< depths on the surface, metres
-        Eigen::Vector2f to_surface{0, 0}; ///< of the nearest piece
+        std::int16_t x = 0, y = 0;       ///< the nearest piece
+        float nearest = 0, farthest = 0; ///< depths on the surface, metres
     };
     /// A corner of up to four tiles of the view, which is looked for once.
     struct Corner {
         bool tried = false;
         std::optional<MappedCorner> found;
     };
+    /// What a surface is mapped with.
+    struct Mapping {
+        const DepthSurface &surface;
+        const SurfaceProjection &projection;
+        const DepthCorrection &correction;
+    };
 
-    void project_pieces(const DepthSurface &surface, const SurfaceProjection &projection);
-    SeenPiece project_piece(const SurfaceTile &piece, int x, int y,
-                            const SurfaceProjection &projection, float nearest_m) const;
-    void put_on_tiles(ImageView<const SurfaceTile> pieces);
-    void add(const SurfaceTile &piece, const SeenPiece &seen, Tile &tile) const;
-    void check_smooth(const DepthSurface &surface, const SurfaceProjection &projection);
-    bool is_smooth(int x, int y, const DepthSurface &surface, const SurfaceProjection &projection);
-    std::optional<MappedCorner> find_corner(const Eigen::Vector2f &at,
-                                            const Eigen::Vector2f &to_surface,
-                                            const DepthSurface &surface,
-                                            const SurfaceProjection &projection) const;
-    void find_landing(float margin_px);
-    Eigen::AlignedBox2i tiles_in(const Eigen::AlignedBox2f &box, float margin_px) const;
+    void find_ranges(const Mapping &by, float margin_px, int row);
+    void put_on_tiles(const Mapping &by, float margin_px);
+    void put_row_on_tiles(const SurfacePieces &pieces, int row);
+    void check_smooth(const Mapping &by);
+    bool is_smooth(int x, int y, const Mapping &by);
+    std::optional<MappedCorner> find_corner(int x, int y, const Tile &tile,
+                                            const Mapping &by) const;
+    void find_landing();
 
     Intrinsics from_, to_;
     int least_edge_distance_;
-    Image<SeenPiece> seen_;
-    Image<std::uint8_t> landing_; ///< by piece: whether it is seen in, or around, mixed tiles
+    std::vector<TileRange> ranges_;   ///< on which each piece of a row may be seen
+    Image<TileRange> landing_ranges_; ///< the same of all pieces, with a margin
+    Image<std::uint8_t> landing_;     ///< by piece: whether it is seen in, or around, mixed tiles
     Image<Tile> tiles_;
     Image<Corner> corners_;
 };

@@ -50,7 +50,7 @@ int Warp::run(const DepthSurface &surface, const Pose &pose, WorkerPool &pool,
     assert(depth.width() == to_.width && depth.height() == to_.height &&
            edge_distance.same_size(depth));
     const SurfaceProjection projection(from_, to_, pose, shutter);
-    tiles_.find(surface, projection, static_cast<float>(options_.crack_px + 1));
+    tiles_.find(surface, projection, correction, static_cast<float>(options_.crack_px + 1));
     std::ranges::fill(nearest_.pixels(), nothing_landed);
     const int n = pool.size();
     pool.run([&](int worker) {
@@ -83,7 +83,7 @@ void Warp::scatter(const DepthSurface &surface, const SurfaceProjection &project
     std::array<int, most> offsets;
     std::array<WarpedPixel, most> values;
     for (int v = first_row; v < end_row; ++v) {
-        const RowProjection row = projection.row(v);
+        const RowProjection row = projection.row(static_cast<float>(v));
         const float *z_row = surface.z().row(v);
         const float *z_up = surface.z().row(std::max(v - 1, 0));
         const float *z_down = surface.z().row(std::min(v + 1, last));
@@ -132,18 +132,10 @@ int Warp::draw_tiles(const Drawing &to, int tile_row) const {
 
 int Warp::draw_smooth(const Drawing &to, int x, int y) const {
     constexpr int size = TileMapping::tile_px;
-    MappedTile tile = tiles_.mapped(x, y);
-    for (int i = 0; i < 4; ++i) {
-        const int u = (x + (i & 1)) * size, v = (y + (i >> 1)) * size;
-        const float units =
-            1000.0f / to.correction.scale(static_cast<float>((u - to_.cx) / to_.fx),
-                                          static_cast<float>((v - to_.cy) / to_.fy));
-        tile.corners[i].scale *= units;
-        tile.corners[i].shift *= units;
-    }
     std::array<int, size * size> places;
     std::uint16_t *const first = to.depth.row(y * size) + x * size;
-    const bool whole = draw_mapped(tile, to.surface.z(), first, to.depth.stride(), places.data());
+    const bool whole =
+        draw_mapped(tiles_.mapped(x, y), to.surface.z(), first, to.depth.stride(), places.data());
     if (whole && tiles_.least_edge_distance(x, y) >= DepthSurface::far_from_edge) {
         for (int v = 0; v < size; ++v)
             std::fill_n(to.edge_distance.row(y * size + v) + x * size, size,
@@ -165,7 +157,7 @@ int Warp::draw_smooth(const Drawing &to, int x, int y) const {
 }
 
 int Warp::draw_mixed(const Drawing &to, int v, int begin, int end) const {
-    constexpr int most = 4 * TileMapping::tile_px;
+    constexpr int most = 64; // pixels at a time
     std::array<WarpedPixel, most> pixels;
     std::array<std::uint8_t, most> doubtful;
     const ImageView<const WarpedPixel> from = landed();

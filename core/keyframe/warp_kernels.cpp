@@ -33,6 +33,38 @@ HWY_API auto ramp(D d, int first) {
     return hn::Add(hn::LoadU(d, whole_numbers.data()), hn::Set(d, static_cast<float>(first)));
 }
 
+/// A homogeneous pixel in vectors.
+template <class V>
+struct Homogeneous {
+    V across, down, depth;
+};
+
+/// Points of a row with depths z at columns u.
+template <class D, class V>
+HWY_API Homogeneous<V> seen_at(D d, const RowProjection &by, V u, V z) {
+    const auto along = [&](int k) HWY_ATTR {
+        const auto ray = hn::Add(hn::Mul(hn::Set(d, by.by_column[k]), u), hn::Set(d, by.origin[k]));
+        return hn::Add(hn::Mul(z, ray), hn::Set(d, by.shift[k]));
+    };
+    return {along(0), along(1), along(2)};
+}
+
+/// The same points when the row on which they are seen is read.
+template <class D, class V>
+HWY_API Homogeneous<V> when_read(D d, const RowMotion &motion, const Homogeneous<V> &at) {
+    const auto half = hn::Set(d, 0.5f);
+    const auto row = hn::Div(at.down, at.depth);
+    const auto t = hn::Mul(hn::Sub(row, hn::Set(d, motion.middle)), hn::Set(d, motion.per_row));
+    const auto part = hn::Min(hn::Max(t, hn::Set(d, -0.5f)), half);
+    const auto moved = [&](V value, int k) HWY_ATTR {
+        const auto turned = hn::Add(hn::Mul(hn::Set(d, motion.turn(k, 0)), at.across),
+                                    hn::Add(hn::Mul(hn::Set(d, motion.turn(k, 1)), at.down),
+                                            hn::Mul(hn::Set(d, motion.turn(k, 2)), at.depth)));
+        return hn::Add(value, hn::Mul(part, hn::Add(turned, hn::Set(d, motion.shift[k]))));
+    };
+    return {moved(at.across, 0), moved(at.down, 1), moved(at.depth, 2)};
+}
+
 void project(const PointRow &points, const RowProjection &projection, const RowMotion &rows,
              const LandingLimits &landing, int *HWY_RESTRICT offsets,
              WarpedPixel *HWY_RESTRICT values) {
@@ -41,7 +73,7 @@ void project(const PointRow &points, const RowProjection &projection, const RowM
     const RowProjection by = projection;
     const RowMotion motion = rows;
     const LandingLimits limits = landing;
-    for_lanes(in.count, [&](auto d, int i) HWY_ATTR {
+    for_overlapping_lanes(in.count, [&](auto d, int i) HWY_ATTR {
         const hn::RebindToSigned<decltype(d)> di;
         const hn::Rebind<std::uint8_t, decltype(d)> d8;
         const auto zero = hn::Zero(d);
@@ -63,33 +95,13 @@ void project(const PointRow &points, const RowProjection &projection, const RowM
             z = hn::IfThenElse(hides, hn::Min(z, nearest), z);
         }
 
-        const auto along = [&](int k) HWY_ATTR {
-            const auto ray =
-                hn::Add(hn::Mul(hn::Set(d, by.by_column[k]), u), hn::Set(d, by.origin[k]));
-            return hn::Add(hn::Mul(z, ray), hn::Set(d, by.shift[k]));
-        };
-        auto across = along(0);
-        auto down = along(1);
-        auto depth = along(2);
-        if (motion.any) {
-            const auto row = hn::Div(down, depth);
-            const auto t =
-                hn::Mul(hn::Sub(row, hn::Set(d, motion.middle)), hn::Set(d, motion.per_row));
-            const auto part = hn::Min(hn::Max(t, hn::Set(d, -0.5f)), half);
-            const auto moved = [&](auto at, int k) HWY_ATTR {
-                const auto turned = hn::Add(hn::Mul(hn::Set(d, motion.turn(k, 0)), across),
-                                            hn::Add(hn::Mul(hn::Set(d, motion.turn(k, 1)), down),
-                                                    hn::Mul(hn::Set(d, motion.turn(k, 2)), depth)));
-                return hn::Add(at, hn::Mul(part, hn::Add(turned, hn::Set(d, motion.shift[k]))));
-            };
-            const auto new_across = moved(across, 0), new_down = moved(down, 1);
-            depth = moved(depth, 2);
-            across = new_across;
-            down = new_down;
-        }
+        auto at = seen_at(d, by, u, z);
+        if (motion.any)
+            at = when_read(d, motion, at);
+        const auto depth = at.depth;
         const auto inverse = hn::Div(hn::Set(d, 1.0f), depth);
-        const auto x = hn::Add(hn::Mul(across, inverse), half);
-        const auto y = hn::Add(hn::Mul(down, inverse), half);
+        const auto x = hn::Add(hn::Mul(at.across, inverse), half);
+        const auto y = hn::Add(hn::Mul(at.down, inverse), half);
         const hn::RebindToUnsigned<decltype(d)> du;
         const auto bits = [&](auto value) HWY_ATTR { return hn::BitCast(du, value); };
         // As unsigned numbers the bits of negative floats, and of NaN, are beyond all others.
@@ -117,8 +129,8 @@ void project(const PointRow &points, const RowProjection &projection, const RowM
             const auto step = hn::Mul(half, hn::Sub(to, from));
             return hn::Min(hn::Max(step, least_step), most);
         };
-        const auto to_centre = [&](auto pixel, auto at) HWY_ATTR {
-            return hn::Sub(hn::ConvertTo(d, pixel), hn::Sub(at, half));
+        const auto to_centre = [&](auto pixel, auto place) HWY_ATTR {
+            return hn::Sub(hn::ConvertTo(d, pixel), hn::Sub(place, half));
         };
         const auto rise = hn::Add(hn::Mul(slope(left, right), to_centre(column, x)),
                                   hn::Mul(slope(above, below), to_centre(row, y)));
@@ -133,7 +145,7 @@ void project(const PointRow &points, const RowProjection &projection, const RowM
 
 void doubt(const ScatteredRows &in, WarpedPixel *HWY_RESTRICT out,
            std::uint8_t *HWY_RESTRICT doubtful) {
-    for_lanes(in.count, [&](auto d, int i) HWY_ATTR {
+    for_overlapping_lanes(in.count, [&](auto d, int i) HWY_ATTR {
         const hn::RebindToSigned<decltype(d)> di;
         const hn::Rebind<std::uint8_t, decltype(d)> d8;
         const auto nothing = hn::Set(di, nothing_landed);
@@ -184,6 +196,76 @@ int readings(const WarpedRow &row, std::uint16_t *HWY_RESTRICT millimetres,
     return found;
 }
 
+void tile_ranges(const PieceRow &pieces, const PieceProjection &projection,
+                 TileRange *HWY_RESTRICT ranges, TileRange *HWY_RESTRICT wide_ranges) {
+    // Copies, which nothing written here can change.
+    const PieceRow in = pieces;
+    const PieceProjection by = projection;
+    const RowMotion motion = projection.rows;
+    for_overlapping_lanes(in.count, [&](auto d, int i) HWY_ATTR {
+        constexpr float beyond_all = 1e9f;
+        using V = hn::Vec<decltype(d)>;
+        const hn::RebindToSigned<decltype(d)> di;
+        const hn::Rebind<std::int16_t, decltype(d)> d16;
+        const auto set = [&](float value) HWY_ATTR { return hn::Set(d, value); };
+        const auto u = hn::Add(set(in.first_centre), hn::Mul(set(in.size), ramp(d, i)));
+        struct Box {
+            V left, right, top, bottom;
+        };
+        const auto box = [&](V z, auto &in_front) HWY_ATTR {
+            auto at = seen_at(d, by.row, u, z);
+            if (motion.any)
+                at = when_read(d, motion, at);
+            in_front = hn::And(hn::Gt(order(d, at.depth), order(d, set(by.nearest))),
+                               hn::Lt(order(d, at.depth), order(d, set(beyond_all))));
+            const auto inverse = hn::Div(set(1.0f), at.depth);
+            const auto x = hn::Mul(at.across, inverse), y = hn::Mul(at.down, inverse);
+            // As SurfaceProjection::jacobian().
+            const auto half = hn::Mul(set(0.5f * in.size), hn::Mul(z, inverse));
+            const auto extent = [&](V place, int k) HWY_ATTR {
+                const auto along = [&](int j) HWY_ATTR {
+                    return hn::Abs(hn::Sub(set(by.turn(k, j)), hn::Mul(place, set(by.turn(2, j)))));
+                };
+                return hn::Mul(half, hn::Add(along(0), along(1)));
+            };
+            const auto across = extent(x, 0), down = extent(y, 1);
+            return Box{hn::Sub(x, across), hn::Add(x, across), hn::Sub(y, down), hn::Add(y, down)};
+        };
+        hn::Mask<decltype(di)> near_in_front, far_in_front;
+        const auto z = hn::LoadU(d, in.farthest + i);
+        const Box near = box(hn::LoadU(d, in.nearest + i), near_in_front);
+        const Box far = box(z, far_in_front);
+        const auto there = hn::Ne(order(d, z), hn::Zero(di));
+        const auto seen = hn::And(there, hn::Or(near_in_front, far_in_front));
+        const auto all = hn::RebindMask(d, hn::And(near_in_front, far_in_front));
+        const V left = hn::Min(near.left, far.left), right = hn::Max(near.right, far.right);
+        const V top = hn::Min(near.top, far.top), bottom = hn::Max(near.bottom, far.bottom);
+        // From -1 to count, however far away it is.
+        const auto tile = [&](V place, int count) HWY_ATTR {
+            const auto from_before = hn::Add(hn::Mul(place, set(1.0f / mapped_tile_px)), set(1.0f));
+            const auto inside =
+                hn::Min(hn::Max(from_before, set(0)), set(static_cast<float>(count + 1)));
+            return hn::Sub(hn::ConvertTo(di, inside), hn::Set(di, 1));
+        };
+        const auto store = [&](float margin, TileRange *to) HWY_ATTR {
+            const auto first = [&](V place, int count) HWY_ATTR {
+                const auto reached = hn::IfThenElseZero(all, hn::Sub(place, set(margin)));
+                return hn::DemoteTo(d16, hn::Max(tile(reached, count), hn::Zero(di)));
+            };
+            const auto last = [&](V place, int count) HWY_ATTR {
+                const auto reached =
+                    hn::IfThenElse(all, hn::Add(place, set(margin)), set(beyond_all));
+                const auto most = hn::Min(tile(reached, count), hn::Set(di, count - 1));
+                return hn::DemoteTo(d16, hn::IfThenElse(seen, most, hn::Set(di, -1)));
+            };
+            hn::StoreInterleaved4(first(left, by.columns), last(right, by.columns),
+                                  first(top, by.lines), last(bottom, by.lines), d16, &to->left);
+        };
+        store(by.margin, ranges + i);
+        store(by.wide_margin, wide_ranges + i);
+    });
+}
+
 bool draw(const MappedTile &tile, ImageView<const float> z, std::uint16_t *millimetres, int stride,
           int *HWY_RESTRICT offsets) {
     const hn::CappedTag<float, mapped_tile_px> d;
@@ -204,17 +286,20 @@ bool draw(const MappedTile &tile, ImageView<const float> z, std::uint16_t *milli
     const float *const depths = z.data();
     const auto depth_stride = hn::Set(di, z.stride());
     auto least = hn::Set(di, 0x7fffffff);
+    // Of the pixels of a row: the first value and the step to the next pixel; and how both change
+    // from row to row.
+    float first[4], step[4], first_down[4], step_down[4];
+    const auto between = [&](int k, float MappedCorner::*of) HWY_ATTR {
+        first[k] = a.*of;
+        step[k] = part * (b.*of - a.*of);
+        first_down[k] = part * (c.*of - a.*of);
+        step_down[k] = part * (part * (e.*of - c.*of) - step[k]);
+    };
+    between(0, &MappedCorner::u);
+    between(1, &MappedCorner::v);
+    between(2, &MappedCorner::scale);
+    between(3, &MappedCorner::shift);
     for (int row = 0; row < mapped_tile_px; ++row) {
-        const float down = part * static_cast<float>(row);
-        float first[4], step[4];
-        const auto between = [&](int k, float MappedCorner::*of) HWY_ATTR {
-            first[k] = a.*of + down * (c.*of - a.*of);
-            step[k] = part * (b.*of + down * (e.*of - b.*of) - first[k]);
-        };
-        between(0, &MappedCorner::u);
-        between(1, &MappedCorner::v);
-        between(2, &MappedCorner::scale);
-        between(3, &MappedCorner::shift);
         for (int i = 0; i < mapped_tile_px; i += static_cast<int>(hn::Lanes(d))) {
             const auto along = ramp(d, i);
             const auto at = [&](int k) HWY_ATTR {
@@ -236,6 +321,10 @@ bool draw(const MappedTile &tile, ImageView<const float> z, std::uint16_t *milli
             hn::StoreU(hn::DemoteTo(d16, whole), d16, millimetres + row * stride + i);
             hn::StoreU(offset, di, offsets + row * mapped_tile_px + i);
         }
+        for (int k = 0; k < 4; ++k) {
+            first[k] += first_down[k];
+            step[k] += step_down[k];
+        }
     }
     return hn::GetLane(hn::MinOfLanes(di, least)) > 0;
 }
@@ -251,6 +340,7 @@ namespace {
 HWY_EXPORT(project);
 HWY_EXPORT(doubt);
 HWY_EXPORT(readings);
+HWY_EXPORT(tile_ranges);
 HWY_EXPORT(draw);
 
 } // namespace
@@ -267,6 +357,11 @@ void find_doubtful(const ScatteredRows &scattered, WarpedPixel *out, std::uint8_
 
 int find_readings(const WarpedRow &row, std::uint16_t *millimetres, std::uint8_t *edge_distance) {
     return HWY_DYNAMIC_DISPATCH(readings)(row, millimetres, edge_distance);
+}
+
+void find_tile_ranges(const PieceRow &pieces, const PieceProjection &projection, TileRange *ranges,
+                      TileRange *wide_ranges) {
+    HWY_DYNAMIC_DISPATCH(tile_ranges)(pieces, projection, ranges, wide_ranges);
 }
 
 bool draw_mapped(const MappedTile &tile, ImageView<const float> z, std::uint16_t *millimetres,

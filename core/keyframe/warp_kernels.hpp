@@ -86,8 +86,37 @@ struct WarpedRow {
 /// how many are not. Real-time safe.
 int find_readings(const WarpedRow &row, std::uint16_t *millimetres, std::uint8_t *edge_distance);
 
-/// Square tiles that are drawn at once.
+/// Square tiles of a view that are drawn at once.
 constexpr int mapped_tile_px = 16;
+
+/// Square pieces of one row of a surface: their least and greatest depths, metres, 0 = none.
+struct PieceRow {
+    const float *nearest, *farthest;
+    float first_centre; ///< column in the middle of the first
+    float size;         ///< pixels
+    int count;
+};
+
+/// Where pieces are seen, and what counts.
+struct PieceProjection {
+    RowProjection row;         ///< of the pieces' centres
+    const RowMotion &rows;     ///< while the view is read
+    Eigen::Matrix3f turn;      ///< SurfaceProjection::turn()
+    float nearest;             ///< what is nearer to the view's camera is behind it, metres
+    int columns, lines;        ///< tiles of the view
+    float margin, wide_margin; ///< around each piece, pixels of the view
+};
+
+/// Tiles of a view, the last ones included; none if left > right or top > bottom.
+struct TileRange {
+    std::int16_t left, right, top, bottom;
+};
+
+/// The tiles on which each piece may be seen: around the picture of its centre at its nearest and
+/// at its farthest depth, as far as half its size reaches. A piece that is partly behind the camera
+/// may be seen on all of them. With the one margin and with the other. Real-time safe.
+void find_tile_ranges(const PieceRow &pieces, const PieceProjection &projection, TileRange *ranges,
+                      TileRange *wide_ranges);
 
 /// What is seen at a corner of a tile: the pixel (u, v) of a surface, whose depth there is z,
 /// metres. A point of that pixel with another depth z' reads scale z' + shift, millimetres.

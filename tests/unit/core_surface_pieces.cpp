@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/keyframe/surface_tiles.hpp"
+#include "core/keyframe/surface_pieces.hpp"
 #include "tests/catch.hpp"
 
 #include <algorithm>
@@ -8,10 +8,10 @@
 using namespace afterglow;
 
 TEST_CASE(
-    "each tile of a surface tells its depths, its least edge distance and whether it has holes",
+    "each piece of a surface tells its depths, its least edge distance and whether it has holes",
     "[core]") {
-    // No multiples of a tile.
-    constexpr int width = 43, height = 29, px = SurfaceTiles::tile_px;
+    // No multiples of a piece.
+    constexpr int width = 43, height = 29, px = SurfacePieces::piece_px;
     std::mt19937 random(1);
     Image<float> z(width, height);
     Image<std::uint8_t> edge(width, height);
@@ -21,10 +21,10 @@ TEST_CASE(
                 random() % one_in == 0 ? 0.0f : 0.001f * static_cast<float>(500 + random() % 9000);
             edge.pixels()[i] = static_cast<std::uint8_t>(1 + random() % 7);
         }
-        SurfaceTiles tiles(width, height);
-        tiles.find(z, edge);
-        for (int y = 0; y < tiles.view().height(); ++y)
-            for (int x = 0; x < tiles.view().width(); ++x) {
+        SurfacePieces pieces(width, height);
+        pieces.find(z, edge);
+        for (int y = 0; y < pieces.nearest().height(); ++y)
+            for (int x = 0; x < pieces.nearest().width(); ++x) {
                 float nearest = 0, farthest = 0;
                 int least = 255;
                 bool whole = true;
@@ -37,13 +37,10 @@ TEST_CASE(
                         nearest = nearest == 0.0f ? z(u, v) : std::min(nearest, z(u, v));
                         farthest = std::max(farthest, z(u, v));
                     }
-                const SurfaceTile &tile = tiles.view()(x, y);
                 CAPTURE(one_in, x, y);
-                REQUIRE(tile.nearest == nearest);
-                REQUIRE(tile.farthest == farthest);
-                REQUIRE(tile.empty() == (farthest == 0.0f));
-                REQUIRE(tile.least_edge_distance == least);
-                REQUIRE(tile.whole == whole);
+                REQUIRE(pieces.nearest()(x, y) == nearest);
+                REQUIRE(pieces.farthest()(x, y) == farthest);
+                REQUIRE(pieces.edge_distance()(x, y) == (whole ? least : 0));
             }
     }
 }

@@ -300,7 +300,7 @@ TEST_CASE("warping carries no reading nearer to a depth edge than asked for", "[
     // The plate begins at the last pixel of a piece, so that the next one is whole and near to the
     // edge; it moves on by half a pixel each time, so that it comes to lie anywhere on the tiles.
     const DepthMap map =
-        wall_and_plate(5 * SurfaceTiles::tile_px + 7, 3 * SurfaceTiles::tile_px + 7);
+        wall_and_plate(6 * SurfacePieces::piece_px - 1, 7 * SurfacePieces::piece_px - 1);
     for (int k = 0; k <= 2 * TileMapping::tile_px; ++k) {
         const double by = 0.5 * k / camera.fx;
         const Carried carried(map, shifted(by, by, 0), 1, options);

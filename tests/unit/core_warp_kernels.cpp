@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Kernels of the warp against the scalar code that they stand for.
 #include "core/keyframe/self_calibration.hpp"
+#include "core/keyframe/surface_projection.hpp"
 #include "core/keyframe/warp_kernels.hpp"
 #include "tests/catch.hpp"
 
@@ -57,6 +58,89 @@ TEST_CASE("warped pixels become the same readings in vectors as one by one") {
             CHECK(edges[i] == (pixels[i] & warped_edge_mask));
         }
     }
+}
+
+TEST_CASE("pieces of a surface are looked for on the tiles of the view that show their points") {
+    std::mt19937 random(6);
+    constexpr int px = 4, count = 13, columns = 10, lines = 7;
+    const Intrinsics from{45, 47, 26, 19.5, 53, 40};
+    const Intrinsics to{130, 131, 77, 55, columns * mapped_tile_px - 3, lines * mapped_tile_px - 5};
+    std::uniform_real_distribution<float> some(-1.0f, 1.0f), any(0.3f, 4.0f);
+    int seen_pieces = 0, hidden_pieces = 0, everywhere = 0;
+    for (int round = 0; round < 200; ++round) {
+        Pose pose;
+        pose.R = Eigen::AngleAxisd(0.3 * some(random), Eigen::Vector3d::Random().normalized())
+                     .toRotationMatrix();
+        pose.T = {0.2 * some(random), 0.2 * some(random), 0.8 * some(random)};
+        RollingShutter shutter;
+        if (round % 2 == 1)
+            shutter.motion << 0.02 * Twist::Random();
+        const SurfaceProjection projection(from, to, pose, shutter);
+        std::array<float, count> nearest{}, farthest{};
+        for (std::size_t i = 0; i < count; ++i) {
+            if (random() % 5 == 0)
+                continue;
+            nearest[i] = any(random);
+            farthest[i] = nearest[i] * (1 + 0.5f * std::abs(some(random)));
+        }
+        const float v = static_cast<float>(random() % 36) + 1.5f;
+        const float behind = 0.15f, margin = 0.25f, wide = 3;
+        std::array<TileRange, count> ranges{}, wide_ranges{};
+        find_tile_ranges({nearest.data(), farthest.data(), 1.5f, px, count},
+                         {projection.row(v), projection.while_read(), projection.turn(), behind,
+                          columns, lines, margin, wide},
+                         ranges.data(), wide_ranges.data());
+        for (std::size_t i = 0; i < count; ++i) {
+            const TileRange &range = ranges[i], &around = wide_ranges[i];
+            const bool on_none = range.left > range.right || range.top > range.bottom;
+            CAPTURE(round, i, nearest[i], farthest[i]);
+            if (nearest[i] == 0) {
+                REQUIRE(on_none);
+                continue;
+            }
+            int in_front = 0;
+            for (const float z : {nearest[i], farthest[i]}) {
+                const float u = static_cast<float>(i) * px + 1.5f;
+                const Eigen::Vector3f middle = projection(u, v, z);
+                if (!(middle.z() > behind))
+                    continue;
+                ++in_front;
+                // A pixel of the view at a corner of the piece is on one of its tiles.
+                const Eigen::Matrix2f J = projection.jacobian(middle, z);
+                for (const float du : {-0.5f * px, 0.0f, 0.5f * px})
+                    for (const float dv : {-0.5f * px, 0.0f, 0.5f * px}) {
+                        const Eigen::Vector2f at = middle.head<2>() + J * Eigen::Vector2f(du, dv);
+                        const auto on = [&](const TileRange &tiles, float reach, float slack) {
+                            const float size = mapped_tile_px;
+                            // At both ends of what the margin reaches.
+                            for (const float way : {-reach + slack, reach - slack}) {
+                                const float x = at.x() + way, y = at.y() + way;
+                                if (!(x >= 0 && y >= 0 && x < size * columns && y < size * lines))
+                                    continue;
+                                const int tx = static_cast<int>(x / size);
+                                const int ty = static_cast<int>(y / size);
+                                REQUIRE((tiles.left <= tx && tx <= tiles.right));
+                                REQUIRE((tiles.top <= ty && ty <= tiles.bottom));
+                            }
+                        };
+                        on(range, margin, 0.01f);
+                        on(around, wide, 0.01f);
+                    }
+            }
+            seen_pieces += !on_none;
+            hidden_pieces += on_none;
+            if (in_front == 0)
+                REQUIRE(on_none);
+            if (in_front != 1)
+                continue;
+            ++everywhere;
+            REQUIRE((range.left == 0 && range.top == 0));
+            REQUIRE((range.right == columns - 1 && range.bottom == lines - 1));
+        }
+    }
+    CHECK(seen_pieces > 300);
+    CHECK(hidden_pieces > 100);
+    CHECK(everywhere > 5);
 }
 
 TEST_CASE("a surface's points land on the pixels of the view that they are projected to") {
@@ -147,8 +231,8 @@ TEST_CASE(
         const ImageView<const float> surface(z.data(), width, height);
         MappedTile tile;
         for (int i = 0; i < 4; ++i)
-            tile.corners[i] = {15.0f + 16.0f * static_cast<float>(i & 1) + 5 * some(random),
-                               13.0f + 16.0f * static_cast<float>(i >> 1) + 5 * some(random),
+            tile.corners[i] = {15.0f + size * static_cast<float>(i & 1) + 5 * some(random),
+                               13.0f + size * static_cast<float>(i >> 1) + 5 * some(random),
                                2.0f + 0.2f * some(random), 1000.0f + 100.0f * some(random),
                                100.0f * some(random)};
         std::vector<std::uint16_t> drawn(size * (size + 5), 7);
