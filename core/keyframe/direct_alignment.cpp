@@ -199,8 +199,7 @@ Alignment DirectAlignment::align(const AlignmentTemplate &reference, const Pyram
                                  const Placement &start, const PosePrior &prior, int coarsest,
                                  int finest) {
     Alignment result;
-    result.pose = start.pose;
-    result.skew = start.skew;
+    static_cast<Placement &>(result) = start;
     if (refine(reference, image, prior, coarsest, finest, result))
         result = judge(reference, image, result, finest, prior);
     return result;

@@ -74,8 +74,8 @@ public:
     Alignment judge(const AlignmentTemplate &reference, const Pyramid &image,
                     const Placement &start, int level, const PosePrior &prior = {});
 
-    /// refine() from the pose and skew of `start`, then judge(). Where refine() fails the result is
-    /// not good and has the pose and skew of `start`.
+    /// refine() from `start`, then judge(). Where refine() fails the result is not good and is
+    /// placed as `start`.
     Alignment align(const AlignmentTemplate &reference, const Pyramid &image,
                     const Placement &start, const PosePrior &prior, int coarsest, int finest);
 

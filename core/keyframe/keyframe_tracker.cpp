@@ -51,8 +51,11 @@ void KeyframeTracker::align(const KeyframeSet &keyframes, std::int64_t t_ns, dou
     const std::array<Pose, 3> starts{predicted * to_world, now * to_world, turned * to_world};
 
     const double age_s = 1e-9 * static_cast<double>(t_ns - k.t_ns);
+    const bool comparable = aligned_ == k.t_ns && alignment_.good && !bridged_;
+    aligned_ = k.t_ns;
     alignment_ = tracker_.track(k.alignment_template, image_, starts,
-                                motion.prior(starts[0], k.turning, dt, age_s));
+                                motion.prior(starts[0], k.turning, dt, age_s),
+                                comparable ? &alignment_ : nullptr);
     bridged_ = !alignment_.good && !previous_depth.empty() &&
                bridge(k.from_world, predicted, dt, previous_depth, correction, motion);
     if (alignment_.good)

@@ -60,6 +60,7 @@ private:
     SurfaceRegistration previous_;  ///< the same in the tracking camera, to bridge
     AlignmentTemplate previous_template_;
     int reference_ = 0;
+    std::int64_t aligned_ = -1; ///< when the keyframe was taken that alignment_ is with
     Alignment alignment_;
     Alignment step_; ///< of the last image with the one before, if `bridged_`
     bool bridged_ = false;

@@ -32,7 +32,27 @@ double displacement_px(const AlignmentTemplate &reference, int level, const Pose
 } // namespace
 
 Alignment PoseTracker::track(const AlignmentTemplate &reference, const Pyramid &image,
-                             std::span<const Pose> starts, const PosePrior &prior) {
+                             std::span<const Pose> starts, const PosePrior &prior,
+                             const Alignment *last) {
+    constexpr double near_px = 1;
+    constexpr float as_good = 1.1f;
+    const int finest = reference.options().finest_level;
+    if (last && displacement_px(reference, finest, last->pose, starts[0]) < near_px) {
+        Placement from = *last;
+        from.pose = starts[0];
+        Alignment next = alignment_.align(reference, image, from, prior, finest, finest);
+        if (next.good && next.cost < as_good * last->cost) {
+            next.pose = next.pose.normalized();
+            return next;
+        }
+    }
+    Alignment found = search(reference, image, starts, prior);
+    found.pose = found.pose.normalized();
+    return found;
+}
+
+Alignment PoseTracker::search(const AlignmentTemplate &reference, const Pyramid &image,
+                              std::span<const Pose> starts, const PosePrior &prior) {
     const int coarsest = reference.options().coarsest_level;
     const int finest = reference.options().finest_level;
     // Each start goes as far as the second coarsest level; the best of them all the way. A start
@@ -64,7 +84,6 @@ Alignment PoseTracker::track(const AlignmentTemplate &reference, const Pyramid &
         if (other.cost < best.cost)
             best = other;
     }
-    best.pose = best.pose.normalized();
     return best;
 }
 

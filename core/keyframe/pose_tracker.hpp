@@ -15,11 +15,16 @@ public:
     PoseTracker(const AlignmentOptions &options, int points_per_level)
         : alignment_(options, points_per_level) {}
 
-    /// `starts`: possible poses, the first is preferred; at least one.
+    /// `starts`: possible poses, the first is preferred; at least one. `last`: how the image before
+    /// was aligned with the same template, good; null: it was not. If the first start is next to it
+    /// and leads to an alignment as good as it on the finest level, nothing else is tried.
     Alignment track(const AlignmentTemplate &reference, const Pyramid &image,
-                    std::span<const Pose> starts, const PosePrior &prior = {});
+                    std::span<const Pose> starts, const PosePrior &prior = {},
+                    const Alignment *last = nullptr);
 
 private:
+    Alignment search(const AlignmentTemplate &reference, const Pyramid &image,
+                     std::span<const Pose> starts, const PosePrior &prior);
     Pose search_rotation(const AlignmentTemplate &reference, const Pyramid &image,
                          const Pose &around);
 

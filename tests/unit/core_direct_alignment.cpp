@@ -30,7 +30,8 @@ struct Pair {
         image.build(truth.luma(0));
         reference.build(image, surface);
     }
-    Alignment align() const {
+    /// `last`: PoseTracker::track()'s.
+    Alignment align(const Alignment *last = nullptr) const {
         const Intrinsics &camera = truth.intrinsics();
         Pyramid image(camera.width, camera.height, TemplateOptions{}.coarsest_level);
         image.build(luma);
@@ -40,7 +41,7 @@ struct Pair {
         PosePrior prior;
         prior.information.topLeftCorner<3, 3>().diagonal().setConstant(1 / (reach_m * reach_m));
         PoseTracker tracker(AlignmentOptions{}, TemplateOptions{}.points_per_level);
-        return tracker.track(reference, image, starts, prior);
+        return tracker.track(reference, image, starts, prior, last);
     }
     /// Mean image error, pixels, of a pose for points 2 m ahead.
     double error_px(const Pose &pose) const {
@@ -70,6 +71,21 @@ TEST_CASE("direct alignment is accurate to a fraction of a pixel", "[core]") {
     REQUIRE(alignment.good);
     CHECK(pair.error_px(alignment.pose) < 0.1);
     CHECK(alignment.inlier_share > 0.8f);
+}
+
+TEST_CASE("an image that is not where the one before was is looked for on all levels", "[core]") {
+    const int k = GENERATE(0, 1, 4, 8, 16, 30);
+    Pair pair(0);
+    const Alignment last = pair.align();
+    REQUIRE(last.good);
+    pair.luma = pair.truth.luma(static_cast<std::uint64_t>(k));
+    const Alignment searched = pair.align(), next = pair.align(&last);
+    CAPTURE(k, searched.cost, next.cost);
+    REQUIRE(searched.good);
+    REQUIRE(next.good);
+    const Pose apart = searched.pose.inverse() * next.pose;
+    CHECK(apart.T.norm() < 1e-3);
+    CHECK(apart.angle() < 3e-4);
 }
 
 TEST_CASE("direct alignment separates a change of exposure from a change of pose", "[core]") {
