@@ -6,6 +6,8 @@
 #include <atomic>
 #include <cmath>
 #include <cstring>
+#include <functional>
+#include <numeric>
 
 namespace afterglow {
 namespace {
@@ -16,6 +18,9 @@ constexpr float least_visible_share = 0.1f;
 /// A map is drawn anew when its pixels show what is farther than this from what they should, or
 /// nearer or farther by this share of its depth.
 constexpr float same_place_px = 0.1f, same_depth = 0.0005f;
+
+/// Confidences of a cell are made anew when its local error has changed by this factor.
+constexpr float noticed_growth = 1.1f;
 
 /// Length of DepthComposer's bins of depth.
 constexpr float depth_bin_m = 0.1f;
@@ -36,7 +41,8 @@ DepthComposer::DepthComposer(const Views &views, const KeyframeOptions &options,
       classes_(camera_.width, camera_.height), confidence_(camera_.width, camera_.height),
       further_(options.compose.maps_per_frame > 1 ? depth_ : DepthMap()),
       further_edges_(further_.width(), further_.height()),
-      compared_(MotionMask::cells(camera_.width), MotionMask::cells(camera_.height)) {}
+      compared_(MotionMask::cells(camera_.width), MotionMask::cells(camera_.height)),
+      cells_(compared_.width(), compared_.height()) {}
 
 void DepthComposer::clear() {
     misplaced_ = 0;
@@ -185,27 +191,51 @@ DepthComposer::ConfidenceTable DepthComposer::confidences(float error_scale) con
 }
 
 void DepthComposer::judge(const Doubts &doubts) {
+    if (!find_doubts(doubts))
+        return;
     const ConfidenceTable table = confidences(doubts.error_scale);
-    std::atomic<std::uint64_t> sum = 0;
-    const int rows = compared_.height(), n = pool_.size();
+    const int rows = cells_.height(), n = pool_.size();
     pool_.run([&](int worker) {
-        std::uint64_t part = 0;
         for (int y = rows * worker / n; y < rows * (worker + 1) / n; ++y)
-            for (int x = 0; x < compared_.width(); ++x)
-                part += judge_cell(x, y, table, doubts);
-        sum.fetch_add(part, std::memory_order_relaxed);
+            for (int x = 0; x < cells_.width(); ++x)
+                if (Cell &cell = cells_(x, y); cell.judge)
+                    cell.sum = judge_cell(x, y, table);
     });
-    confidence_sum_ = sum;
+    confidence_sum_ =
+        std::transform_reduce(cells_.pixels().begin(), cells_.pixels().end(), std::uint64_t{0},
+                              std::plus<>(), [](const Cell &cell) { return cell.sum; });
 }
 
-std::uint32_t DepthComposer::judge_cell(int x, int y, const ConfidenceTable &table,
-                                        const Doubts &doubts) {
+/// Whether there is a cell to judge.
+bool DepthComposer::find_doubts(const Doubts &doubts) {
+    const bool all = drawn_anew_ || doubts.error_scale != error_scale_;
+    error_scale_ = doubts.error_scale;
+    const std::uint8_t most_moving = estimated_confidence(doubts.moving_error);
+    bool any = false;
+    for (int y = 0; y < cells_.height(); ++y)
+        for (int x = 0; x < cells_.width(); ++x) {
+            Cell &cell = cells_(x, y);
+            const bool moves = doubts.mask && doubts.mask->moving()(x, y) != 0;
+            const std::uint8_t most = moves ? most_moving : measured_confidence;
+            const float local =
+                doubts.local ? doubts.error_scale * doubts.local->expected()(x, y) : 0;
+            const float noticed =
+                std::max(confidence_step, (noticed_growth - 1) * std::min(local, cell.local));
+            cell.judge = all || most != cell.most || std::abs(local - cell.local) > noticed;
+            if (!cell.judge)
+                continue;
+            cell.most = most;
+            cell.local = local;
+            any = true;
+        }
+    return any;
+}
+
+std::uint32_t DepthComposer::judge_cell(int x, int y, const ConfidenceTable &table) {
     constexpr int cell = MotionMask::cell_px, run = 16;
     constexpr std::uint64_t all_alike = 0x0101010101010101;
-    const float local = doubts.local ? doubts.error_scale * doubts.local->expected()(x, y) : 0;
-    const std::uint8_t most = doubts.mask && doubts.mask->moving()(x, y) != 0
-                                  ? estimated_confidence(doubts.moving_error)
-                                  : measured_confidence;
+    const std::uint8_t most = cells_(x, y).most;
+    const float local = cells_(x, y).local;
     std::array<std::uint8_t, 256> lowered{}; // 0: not yet worked out
     const auto lower = [&](std::uint8_t confidence) {
         std::uint8_t &found = lowered[confidence];

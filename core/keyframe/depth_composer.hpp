@@ -48,7 +48,8 @@ public:
         /// none.
         const LocalErrors *local = nullptr;
     };
-    /// Gives every pixel of the composed map the confidence that its expected error deserves.
+    /// Gives every pixel of the composed map the confidence that its expected error deserves. Where
+    /// the map has stayed, only cells of which a doubt has changed are judged anew.
     void judge(const Doubts &doubts);
     /// The map beside one that was measured for the same image, by cell of MotionMask, at every
     /// second pixel of every second row that has depth in both. Valid until the next call.
@@ -86,14 +87,23 @@ private:
         SensorNoise noise;
     };
 
+    /// What lowers the confidences of a cell's pixels, and what came of it.
+    struct Cell {
+        std::uint8_t most = 0; ///< no pixel is more confident
+        float local = 0;       ///< relative error that is added in quadrature
+        std::uint32_t sum = 0; ///< of the pixels' confidences
+        bool judge = false;    ///< whether this has to be worked out
+    };
+
     RollingShutter shutter(const Alignment &alignment, const Twist &while_read) const;
     bool looks_as_drawn(const Keyframe &keyframe, const Drawn &next) const;
     std::span<const int> pick_keyframes(const KeyframeSet &keyframes, int reference,
                                         const Pose &now, std::span<int, most_layers> picked) const;
     void fill_in();
     ConfidenceTable confidences(float error_scale) const;
+    bool find_doubts(const Doubts &doubts);
     /// Sum of the confidences of a cell's pixels.
-    std::uint32_t judge_cell(int x, int y, const ConfidenceTable &table, const Doubts &doubts);
+    std::uint32_t judge_cell(int x, int y, const ConfidenceTable &table);
 
     Views views_;
     Intrinsics camera_; ///< the published one
@@ -106,12 +116,14 @@ private:
     DepthMap further_; ///< a further map, and its edge distances
     Image<std::uint8_t> further_edges_;
     Image<ComparedErrors> compared_;
+    Image<Cell> cells_;
     Drawn drawn_;
     std::array<Layer, most_layers> layers_;
     int layer_count_ = 0; ///< of the composed map; 0: compose() has not drawn the map
     int covered_ = 0;
     std::uint64_t confidence_sum_ = 0;
-    float misplaced_ = 0; ///< MapError's, the most of the maps drawn
+    float error_scale_ = 1; ///< of the last doubts
+    float misplaced_ = 0;   ///< MapError's, the most of the maps drawn
     bool drawn_anew_ = false;
 };
 

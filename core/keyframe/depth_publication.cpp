@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 
 namespace afterglow {
 namespace {
@@ -11,9 +10,6 @@ namespace {
 /// Maps are added until this share of what the last measured frame covered is covered.
 constexpr float enough_coverage = 0.98f;
 constexpr float least_fill = 0.05f;
-/// Errors grow with the frames since the measurement. While the same map stays, its confidences are
-/// made anew when these have grown by this factor.
-constexpr float noticed_growth = 1.1f;
 
 /// Mean relative error expected of a map's own pixels.
 float fresh_error(const Keyframe &fresh, const Views &views, const KeyframeOptions &options,
@@ -53,9 +49,6 @@ DepthPublication::DepthPublication(const KeyframeOptions &options, const Views &
                                    WorkerPool &pool)
     : views_(views), camera_(views.published), options_(options), composer_(views, options, pool),
       motion_mask_(views, options.alignment), local_errors_(views.published) {
-    const ImageView<const std::uint8_t> cells = motion_mask_.moving();
-    judged_moving_.resize(static_cast<std::size_t>(cells.width()) *
-                          static_cast<std::size_t>(cells.height()));
     estimate_.depth = composer_.depth();
     estimate_.confidence = composer_.confidence();
 }
@@ -94,18 +87,10 @@ const Estimate &DepthPublication::estimated(const KeyframeSet &keyframes,
     return estimate_;
 }
 
-/// Gives the composed map its confidence, if that may have changed.
+/// Gives the composed map its confidence.
 void DepthPublication::judge(const Pose &from_world) {
-    const std::uint32_t frames = estimate_.age_frames + 1;
-    const ImageView<const std::uint8_t> cells = motion_mask_.moving();
-    const std::span moving(cells.data(), judged_moving_.size());
-    if (!composer_.drawn_anew() && std::ranges::equal(moving, judged_moving_) &&
-        static_cast<float>(frames) < noticed_growth * static_cast<float>(judged_frames_))
-        return;
-    std::ranges::copy(moving, judged_moving_.begin());
-    judged_frames_ = frames;
     local_errors_.predict(composer_.depth(), since_measurement(from_world),
-                          static_cast<int>(frames));
+                          static_cast<int>(estimate_.age_frames) + 1);
     composer_.judge({.error_scale = error_scale_.scale(),
                      .mask = &motion_mask_,
                      .moving_error = moving_scale_.scale() * options_.error.moving_error,

@@ -9,7 +9,6 @@
 #include "core/keyframe/motion_mask.hpp"
 
 #include <cstdint>
-#include <vector>
 
 namespace afterglow {
 
@@ -54,10 +53,8 @@ private:
     DepthComposer composer_;
     MotionMask motion_mask_;
     LocalErrors local_errors_;
-    std::vector<std::uint8_t> judged_moving_; ///< cells that moved when confidences were made
-    std::uint32_t judged_frames_ = 0;         ///< since the measurement, then
-    ErrorScale error_scale_;                  ///< of what moves with the camera's view alone
-    ErrorScale moving_scale_;                 ///< of moving_error
+    ErrorScale error_scale_;  ///< of what moves with the camera's view alone
+    ErrorScale moving_scale_; ///< of moving_error
     Estimate estimate_;
     std::int64_t t_ns_ = 0;
     std::int64_t measured_ns_ = 0;

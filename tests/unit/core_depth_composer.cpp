@@ -107,6 +107,34 @@ TEST_CASE("a composed map's confidence is lowered only in cells where measuremen
     CHECK(drawn.composer.expected_mre() > mre);
 }
 
+TEST_CASE("a map that stays gets the confidences that a new one would get", "[core]") {
+    Drawn kept, anew;
+    kept.compose(kept.shifted(9));
+    kept.composer.judge({});
+    kept.compose(kept.shifted(9));
+    REQUIRE_FALSE(kept.composer.drawn_anew());
+
+    LocalErrors local(kept.film.camera);
+    Image<ComparedErrors> compared(MotionMask::cells(kept.film.camera.width),
+                                   MotionMask::cells(kept.film.camera.height));
+    for (const int frames : {1, 2, 30}) {
+        local.predict(kept.composer.depth(), Pose::identity(), frames);
+        compared(2, 1) = {.true_sum = 50, .expected_sum = 0, .pixels = 1000};
+        compared(3, 3) = {.true_sum = 20, .expected_sum = 0, .pixels = 1000};
+        local.learn(compared, 1);
+        local.predict(kept.composer.depth(), Pose::identity(), frames);
+        const float error_scale = frames < 30 ? 1 : 1.5f;
+        kept.composer.judge({.error_scale = error_scale, .local = &local});
+        anew.compose(anew.shifted(frames % 2 == 0 ? 40 : 20)); // so that the next is drawn
+        anew.compose(anew.shifted(9));
+        REQUIRE(anew.composer.drawn_anew());
+        anew.composer.judge({.error_scale = error_scale, .local = &local});
+        CAPTURE(frames);
+        CHECK(kept.composer.confidence() == anew.composer.confidence());
+        CHECK(kept.composer.expected_mre() == anew.composer.expected_mre());
+    }
+}
+
 TEST_CASE("a composed map is kept while the camera rests and drawn anew when it moves", "[core]") {
     Drawn drawn;
     drawn.compose(drawn.shifted(3));
