@@ -69,7 +69,7 @@ int Warp::run(const DepthSurface &surface, const Pose &pose, WorkerPool &pool,
 
 void Warp::scatter(const DepthSurface &surface, const SurfaceProjection &projection, int first_row,
                    int end_row, bool alone) {
-    constexpr int most = 64; // points at a time
+    constexpr int most = most_points;
     const LandingLimits limits = {surface.options().nearest_m,
                                   surface.options().farthest_m,
                                   static_cast<float>(to_.width),

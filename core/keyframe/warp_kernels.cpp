@@ -73,35 +73,47 @@ void project(const PointRow &points, const RowProjection &projection, const RowM
     const RowProjection by = projection;
     const RowMotion motion = rows;
     const LandingLimits limits = landing;
+    // In two passes: the registers of small targets do not hold what both need.
+    struct Places {
+        HWY_ALIGN float x[most_points], y[most_points], depth[most_points];
+    };
+    Places places;
+    float *const HWY_RESTRICT xs = places.x;
+    float *const HWY_RESTRICT ys = places.y;
+    float *const HWY_RESTRICT depths = places.depth;
     for_overlapping_lanes(in.count, [&](auto d, int i) HWY_ATTR {
         const hn::RebindToSigned<decltype(d)> di;
         const hn::Rebind<std::uint8_t, decltype(d)> d8;
-        const auto zero = hn::Zero(d);
         const auto half = hn::Set(d, 0.5f);
-        const auto left = hn::LoadU(d, in.z + i);
         auto z = hn::LoadU(d, in.z + i + 1);
-        const auto right = hn::LoadU(d, in.z + i + 2);
-        const auto above = hn::LoadU(d, in.above + i);
-        const auto below = hn::LoadU(d, in.below + i);
-        const auto edge = hn::PromoteTo(di, hn::LoadU(d8, in.edge_distance + i));
-        const auto u = ramp(d, in.first_column + i);
         if (limits.hides_below > 0) {
+            const auto edge = hn::PromoteTo(di, hn::LoadU(d8, in.edge_distance + i));
+            const auto zero = hn::Zero(d);
             const auto hides = hn::And(
                 hn::RebindMask(d, hn::Lt(edge, hn::Set(di, limits.hides_below))), hn::Ne(z, zero));
-            const auto there = [&](auto at)
-                                   HWY_ATTR { return hn::IfThenElse(hn::Eq(at, zero), z, at); };
-            const auto nearest =
-                hn::Min(hn::Min(there(left), there(right)), hn::Min(there(above), there(below)));
+            const auto there = [&](const float *neighbour) HWY_ATTR {
+                const auto at = hn::LoadU(d, neighbour);
+                return hn::IfThenElse(hn::Eq(at, zero), z, at);
+            };
+            const auto nearest = hn::Min(hn::Min(there(in.z + i), there(in.z + i + 2)),
+                                         hn::Min(there(in.above + i), there(in.below + i)));
             z = hn::IfThenElse(hides, hn::Min(z, nearest), z);
         }
-
-        auto at = seen_at(d, by, u, z);
+        auto at = seen_at(d, by, ramp(d, in.first_column + i), z);
         if (motion.any)
             at = when_read(d, motion, at);
-        const auto depth = at.depth;
-        const auto inverse = hn::Div(hn::Set(d, 1.0f), depth);
-        const auto x = hn::Add(hn::Mul(at.across, inverse), half);
-        const auto y = hn::Add(hn::Mul(at.down, inverse), half);
+        const auto inverse = hn::Div(hn::Set(d, 1.0f), at.depth);
+        hn::StoreU(hn::Add(hn::Mul(at.across, inverse), half), d, xs + i);
+        hn::StoreU(hn::Add(hn::Mul(at.down, inverse), half), d, ys + i);
+        hn::StoreU(at.depth, d, depths + i);
+    });
+    for_overlapping_lanes(in.count, [&](auto d, int i) HWY_ATTR {
+        const hn::RebindToSigned<decltype(d)> di;
+        const hn::Rebind<std::uint8_t, decltype(d)> d8;
+        const auto half = hn::Set(d, 0.5f);
+        const auto x = hn::LoadU(d, xs + i), y = hn::LoadU(d, ys + i);
+        const auto z = hn::LoadU(d, in.z + i + 1), depth = hn::LoadU(d, depths + i);
+        const auto edge = hn::PromoteTo(di, hn::LoadU(d8, in.edge_distance + i));
         const hn::RebindToUnsigned<decltype(d)> du;
         const auto bits = [&](auto value) HWY_ATTR { return hn::BitCast(du, value); };
         // As unsigned numbers the bits of negative floats, and of NaN, are beyond all others.
@@ -119,6 +131,8 @@ void project(const PointRow &points, const RowProjection &projection, const RowM
         const auto row = hn::ConvertTo(di, hn::IfThenElseZero(hn::RebindMask(d, lands), y));
 
         // Inside the surface the depth changes from pixel to pixel as between the neighbours.
+        const auto left = hn::LoadU(d, in.z + i), right = hn::LoadU(d, in.z + i + 2);
+        const auto above = hn::LoadU(d, in.above + i), below = hn::LoadU(d, in.below + i);
         const auto least =
             hn::Min(hn::Min(bits(left), bits(right)), hn::Min(bits(above), bits(below)));
         const auto inside =

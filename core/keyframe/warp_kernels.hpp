@@ -24,7 +24,11 @@ inline float warped_z(WarpedPixel p) {
     return static_cast<float>(p >> warped_depth_shift) * (1.0f / warped_units_per_m);
 }
 
-/// Points of one row: depths in metres, 0 = none, of the row and of those above and below.
+/// Most points that are projected at once.
+constexpr int most_points = 64;
+
+/// Points of one row, at most most_points: depths in metres, 0 = none, of the row and of those
+/// above and below.
 struct PointRow {
     const float *z; ///< begins one pixel early and ends one late
     const float *above, *below;
