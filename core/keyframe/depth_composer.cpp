@@ -179,9 +179,9 @@ DepthComposer::ConfidenceTable DepthComposer::confidences(float error_scale) con
     for (int l = 0; l < layer_count_; ++l)
         for (int d = 1; d <= DepthSurface::far_from_edge; ++d) {
             const Layer &layer = layers_[static_cast<std::size_t>(l)];
-            const int first = (l << layer_shift | d) * depth_bins;
+            std::uint8_t *of_depth = table.data() + (l << layer_shift | d) * depth_bins;
             for (int b = 0; b < depth_bins; ++b)
-                table[static_cast<std::size_t>(first + b)] = estimated_confidence(
+                of_depth[b] = estimated_confidence(
                     layer.error.misplaced +
                     error_scale * pixel_error(layer.error, layer.noise, options_.error.shared_noise,
                                               (static_cast<float>(b) + 0.5f) * depth_bin_m, d));
