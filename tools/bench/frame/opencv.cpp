@@ -104,9 +104,15 @@ void lk_and_reproject(benchmark::State &state, const Tour &tour) {
 }
 
 void dis(benchmark::State &state, const Tour &tour) {
-    const auto dense = cv::DISOpticalFlow::create();
+    cv::Ptr<cv::DISOpticalFlow> dense;
+    cv::Size of;
     cv::Mat flow;
     walk(state, tour, [&](const Stop &stop, std::size_t k) {
+        // OpenCV 4.6 reads past its images when an instance meets another size.
+        const cv::Size size = as_mat(stop[k].luma).size();
+        if (size != of)
+            dense = cv::DISOpticalFlow::create();
+        of = size;
         dense->calc(as_mat(stop[k - 1].luma), as_mat(stop[k].luma), flow);
     });
 }
