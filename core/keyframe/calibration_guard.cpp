@@ -3,13 +3,15 @@
 
 namespace afterglow {
 
-CalibrationGuard::CalibrationGuard(const KeyframeOptions &options, const Views &views)
-    : views_(views), corrects_(views.publishes_tracking() || !views.publishes_surface()),
+CalibrationGuard::CalibrationGuard(const KeyframeOptions &options, const Views &views,
+                                   WorkerPool &pool)
+    : views_(views), pool_(pool),
+      corrects_(views.publishes_tracking() || !views.publishes_surface()),
       watch_(views.tracking, options.alignment_template.coarsest_level),
-      rendering_(views.surface, views.surface, options) {}
+      rendering_(views.surface, views.surface, options, pool) {}
 
 bool CalibrationGuard::check(DepthSurface &surface, const CameraMotion &motion, double lag_s,
-                             const Pyramid &image, WorkerPool &pool) {
+                             const Pyramid &image) {
     const Pose tracking_from_surface = views_.surface_from_tracking.inverse();
     watch_.add(surface, views_.surface, motion.moved_in(lag_s).inverse() * tracking_from_surface,
                image, motion.rate());
@@ -27,7 +29,7 @@ bool CalibrationGuard::check(DepthSurface &surface, const CameraMotion &motion, 
     if (!applied_.isZero(0)) {
         const Pose moved =
             views_.surface_from_tracking * correction(applied_) * tracking_from_surface;
-        surface.build(rendering_.run(surface, moved, pool), pool);
+        surface.build(rendering_.run(surface, moved), pool_);
     }
     return changed;
 }

@@ -20,12 +20,12 @@ namespace afterglow {
 /// Allocates when made; check() is real-time safe. One thread.
 class CalibrationGuard {
 public:
-    CalibrationGuard(const KeyframeOptions &options, const Views &views);
+    CalibrationGuard(const KeyframeOptions &options, const Views &views, WorkerPool &pool);
 
     /// A measured surface, exposed `lag_s` seconds after `image` as stamps say, is looked at and
     /// corrected. `motion`: of the tracking camera. True when the correction has changed.
     bool check(DepthSurface &surface, const CameraMotion &motion, double lag_s,
-               const Pyramid &image, WorkerPool &pool);
+               const Pyramid &image);
     /// As the watch has it, and what of it is corrected.
     const CalibrationState &state() const { return state_; }
     /// CalibrationWatch::shift() of what is not corrected.
@@ -33,6 +33,7 @@ public:
 
 private:
     Views views_;
+    WorkerPool &pool_;
     bool corrects_;
     CalibrationWatch watch_;
     RigError applied_ = RigError::Zero(); ///< what surfaces are corrected by

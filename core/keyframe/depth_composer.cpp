@@ -37,8 +37,9 @@ constexpr std::uint16_t place_in_table(std::uint8_t of, std::uint16_t millimetre
 
 DepthComposer::DepthComposer(const Views &views, const KeyframeOptions &options, WorkerPool &pool)
     : views_(views), camera_(views.published), options_(options), pool_(pool),
-      warp_(views.surface, views.published, options.warp), depth_(camera_.width, camera_.height),
-      classes_(camera_.width, camera_.height), confidence_(camera_.width, camera_.height),
+      warp_(views.surface, views.published, options.warp, pool),
+      depth_(camera_.width, camera_.height), classes_(camera_.width, camera_.height),
+      confidence_(camera_.width, camera_.height),
       further_(options.compose.maps_per_frame > 1 ? depth_ : DepthMap()),
       further_edges_(further_.width(), further_.height()),
       compared_(MotionMask::cells(camera_.width), MotionMask::cells(camera_.height)),
@@ -69,11 +70,10 @@ void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const P
         const Keyframe &k = keyframes[i];
         const Pose pose = pose_of(k);
         if (layer_count_ == 0) {
-            covered_ =
-                warp_.run(k.surface, pose, pool_, depth_, classes_, correction, next.shutter);
+            covered_ = warp_.run(k.surface, pose, depth_, classes_, correction, next.shutter);
         } else if (covered_ < enough) {
             // The skew is known of the reference alone.
-            warp_.run(k.surface, pose, pool_, further_, further_edges_, correction,
+            warp_.run(k.surface, pose, further_, further_edges_, correction,
                       {.motion = next.shutter.motion});
             fill_in();
         } else {
@@ -193,12 +193,10 @@ void DepthComposer::judge(const Doubts &doubts) {
     if (!find_doubts(doubts))
         return;
     const ConfidenceTable table = confidences(doubts.error_scale);
-    const int rows = cells_.height(), n = pool_.size();
-    pool_.run([&](int worker) {
-        for (int y = rows * worker / n; y < rows * (worker + 1) / n; ++y)
-            for (int x = 0; x < cells_.width(); ++x)
-                if (Cell &cell = cells_(x, y); cell.judge)
-                    cell.sum = judge_cell(x, y, table);
+    pool_.run(cells_.height(), [&](int y) {
+        for (int x = 0; x < cells_.width(); ++x)
+            if (Cell &cell = cells_(x, y); cell.judge)
+                cell.sum = judge_cell(x, y, table);
     });
     confidence_sum_ =
         std::transform_reduce(cells_.pixels().begin(), cells_.pixels().end(), std::uint64_t{0},

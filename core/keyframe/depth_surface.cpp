@@ -59,9 +59,8 @@ void DepthSurface::build(DepthView depth, WorkerPool &pool, const DepthCorrectio
     grow_distance();
     const AmplitudeWeights by_amplitude = {amplitude};
     const AmplitudeWeights *const weights = amplitude.empty() ? nullptr : &by_amplitude;
-    const int rows = smooth_.height();
-    pool.run([&](int worker) {
-        for (int v = rows * worker / pool.size(); v < rows * (worker + 1) / pool.size(); ++v)
+    pool.run_strips(smooth_.height(), [&](int first, int end) {
+        for (int v = first; v < end; ++v)
             smooth(v, options_.smooth_radius_px, weights, smooth_.row(v));
     });
     if (options_.keep_creases && options_.smooth_radius_px > 1)

@@ -7,7 +7,10 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <numeric>
+#include <span>
+#include <utility>
 
 namespace afterglow {
 namespace {
@@ -30,14 +33,24 @@ constexpr float lowest_gain = 0.4f, highest_gain = 2.5f;
 /// Geman-McClure width in units of the residuals' own scale.
 constexpr float robust_width = 2.5f;
 
+/// Points that a worker takes at a time.
+constexpr int points_at_once = 8 * TemplatePoints::block;
+
+int parts_of(int points) {
+    return (points + points_at_once - 1) / points_at_once;
+}
+/// The first of a part's points, and where its last block ends.
+std::pair<int, int> points_of(int part, int points) {
+    constexpr int block = TemplatePoints::block;
+    const int first = part * points_at_once;
+    return {first, std::min(first + points_at_once, (points + block - 1) / block * block)};
+}
+
 } // namespace
 
 /// Of the residuals of a level at one placement.
-struct DirectAlignment::Sums {
-    /// Weighted products of the unknowns' derivatives, at a gain of 1, and of the error.
-    WeightedProducts products;
+struct DirectAlignment::Sums : Part {
     float gain; ///< of the placement
-    std::array<int, Residuals::bins + 1> histogram;
     int visible;
 
     /// Of two unknowns; `unknowns` stands for the error.
@@ -100,46 +113,74 @@ struct DirectAlignment::Sums {
     }
 };
 
-DirectAlignment::DirectAlignment(const AlignmentOptions &options, int points_per_level)
-    : options_(options),
-      grey_(static_cast<std::size_t>((points_per_level + TemplatePoints::block - 1) /
-                                     TemplatePoints::block * TemplatePoints::block)) {}
+void DirectAlignment::Part::clear() {
+    products.clear();
+    histogram.fill(0);
+}
+
+void DirectAlignment::Part::add(const Part &other) {
+    products.add(other.products);
+    std::ranges::transform(histogram, other.histogram, histogram.begin(), std::plus<>());
+}
+
+DirectAlignment::DirectAlignment(const AlignmentOptions &options, int points_per_level,
+                                 WorkerPool &pool)
+    : options_(options), pool_(pool), parts_(static_cast<std::size_t>(parts_of(points_per_level))),
+      grey_(parts_.size() * points_at_once) {}
 
 void DirectAlignment::look_up(const AlignmentTemplate &reference, const Pyramid &image, int level,
                               const Placement &at) {
-    find_greys(reference.points(level), image.level(level), reference.camera(level), at, grey_);
+    const TemplatePoints &points = reference.points(level);
+    pool_.run(parts_of(points.count), [&](int part) {
+        const auto [first, end] = points_of(part, points.count);
+        find_greys(points, first, end, image.level(level), reference.camera(level), at, grey_);
+    });
 }
 
+// The parts are the same, and added up in the same order, whoever found them.
 void DirectAlignment::sum_up(const AlignmentTemplate &reference, int level, const Placement &at,
-                             float scale, Wanted wanted, Sums &sums) const {
+                             float scale, Wanted wanted, Sums &sums) {
+    const TemplatePoints &points = reference.points(level);
+    const ResidualScale expected{reference.options().pixel_noise, options_.blur_px,
+                                 robust_width * scale};
+    const int count = parts_of(points.count);
+    pool_.run(count, [&](int part) {
+        const auto [first, end] = points_of(part, points.count);
+        sum_up_part(points, first, end, at, expected, wanted,
+                    parts_[static_cast<std::size_t>(part)]);
+    });
+    sums.clear();
+    for (int part = 0; part < count; ++part)
+        sums.add(parts_[static_cast<std::size_t>(part)]);
+    sums.gain = at.gain;
+    sums.visible =
+        std::accumulate(sums.histogram.begin(), sums.histogram.begin() + Residuals::bins, 0);
+}
+
+void DirectAlignment::sum_up_part(const TemplatePoints &points, int begin, int end,
+                                  const Placement &at, const ResidualScale &expected, Wanted wanted,
+                                  Part &part) const {
     static constexpr std::array<float, TemplatePoints::block> ones = [] {
         std::array<float, TemplatePoints::block> column{};
         column.fill(1);
         return column;
     }();
-    sums.products.clear();
-    sums.gain = at.gain;
-    sums.histogram.fill(0);
-    const TemplatePoints &points = reference.points(level);
-    const ResidualScale expected{reference.options().pixel_noise, options_.blur_px,
-                                 robust_width * scale};
+    part.clear();
     Residuals residuals;
     std::array<const float *, unknowns + 1> columns{};
     columns[at_offset] = ones.data();
     columns[unknowns] = residuals.error.data();
-    for (int first = 0; first < points.count; first += TemplatePoints::block) {
+    for (int first = begin; first < end; first += TemplatePoints::block) {
         find_residuals(points, first, grey_.data() + first, at, expected, residuals);
         for (const std::int32_t bin : residuals.bin)
-            ++sums.histogram[static_cast<std::size_t>(bin)];
+            ++part.histogram[static_cast<std::size_t>(bin)];
         if (wanted == Wanted::scale)
             continue;
         for (int i = 0; i < TemplatePoints::derivatives; ++i)
             columns[static_cast<std::size_t>(i)] = points.J.col(i).data() + first;
-        sums.products.add(columns, residuals.weight.data(),
+        part.products.add(columns, residuals.weight.data(),
                           wanted == Wanted::brightness ? first_of_brightness : 0);
     }
-    sums.visible =
-        std::accumulate(sums.histogram.begin(), sums.histogram.begin() + Residuals::bins, 0);
 }
 
 bool DirectAlignment::refine(const AlignmentTemplate &reference, const Pyramid &image,

@@ -2,9 +2,12 @@
 #pragma once
 
 #include "core/base/rigid_motion.hpp"
+#include "core/base/worker_pool.hpp"
 #include "core/keyframe/alignment_template.hpp"
 #include "core/keyframe/residuals.hpp"
+#include "core/keyframe/weighted_products.hpp"
 
+#include <array>
 #include <vector>
 
 namespace afterglow {
@@ -61,7 +64,7 @@ struct Alignment : Placement {
 class DirectAlignment {
 public:
     /// For templates of at most so many points a level.
-    DirectAlignment(const AlignmentOptions &options, int points_per_level);
+    DirectAlignment(const AlignmentOptions &options, int points_per_level, WorkerPool &pool);
 
     /// Improves a placement over levels `coarsest` down to `finest`. False, and `at` as it was,
     /// where too few points are in view, the system cannot be solved, or a step is longer than 1 m
@@ -80,6 +83,15 @@ public:
                     const Placement &start, const PosePrior &prior, int coarsest, int finest);
 
 private:
+    /// Of the residuals of some points.
+    struct Part {
+        WeightedProducts
+            products; ///< of the unknowns' derivatives, at a gain of 1, and of the error
+        std::array<int, Residuals::bins + 1> histogram;
+
+        void clear();
+        void add(const Part &other);
+    };
     struct Sums;
     /// Which products sum_up() finds: none, those of gain and offset, or all.
     enum class Wanted { scale, brightness, all };
@@ -89,9 +101,13 @@ private:
     /// Sums over the residuals of what was looked up last. `scale`: their assumed deviation, in
     /// expected deviations; the robust cost's width is a multiple of it.
     void sum_up(const AlignmentTemplate &reference, int level, const Placement &at, float scale,
-                Wanted wanted, Sums &sums) const;
+                Wanted wanted, Sums &sums);
+    void sum_up_part(const TemplatePoints &points, int first, int end, const Placement &at,
+                     const ResidualScale &expected, Wanted wanted, Part &part) const;
 
     AlignmentOptions options_;
+    WorkerPool &pool_;
+    std::vector<Part> parts_; ///< of the points of a level
     std::vector<float> grey_; ///< PointsSeen::grey of all points of a level
 };
 

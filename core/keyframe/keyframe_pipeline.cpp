@@ -12,11 +12,11 @@ KeyframePipeline::KeyframePipeline(const KeyframeOptions &options, const Views &
       keyframes_(options.compose.keyframes, views, options.surface, options.alignment_template),
       motion_(options.motion), tracker_(options, views, pool),
       arriving_(views.surface, options.surface), registration_(options, views),
-      seen_(views.surface, views.tracking, views.surface_from_tracking.inverse(), options),
-      published_(views.surface, views.published, views.published_from_surface(), options),
+      seen_(views.surface, views.tracking, views.surface_from_tracking.inverse(), options, pool),
+      published_(views.surface, views.published, views.published_from_surface(), options, pool),
       publication_(options, views, pool) {
     if (views.calibrated)
-        guard_ = std::make_unique<CalibrationGuard>(options, views);
+        guard_ = std::make_unique<CalibrationGuard>(options, views, pool);
 }
 
 const Estimate &KeyframePipeline::track(LumaView luma, std::int64_t t_ns) {
@@ -40,7 +40,7 @@ const Estimate &KeyframePipeline::measure(const Measurement &measurement) {
         depth_now_ = views_.surface_from_tracking * lag() * motion_.now();
     }
     arriving_.build(measurement.depth, pool_, registration_.correction(), measurement.amplitude);
-    if (guard_ && guard_->check(arriving_, motion_, measurement.lag_s, tracker_.image(), pool_))
+    if (guard_ && guard_->check(arriving_, motion_, measurement.lag_s, tracker_.image()))
         keyframes_.clear(); // they were placed by another calibration
     if (keyframes_.size() > 0)
         register_map();
@@ -53,7 +53,7 @@ const Estimate &KeyframePipeline::measure(const Measurement &measurement) {
     k.t_ns = t_ns_;
     k.turning = motion_.turning();
     k.alignment_template.build(tracker_.image(),
-                               seen_.seen(k.surface, pool_, lag().inverse(), while_read()));
+                               seen_.seen(k.surface, lag().inverse(), while_read()));
     tracker_.keyframe_added();
     if (guard_)
         k.calibration_shift = guard_->shift();
@@ -61,7 +61,7 @@ const Estimate &KeyframePipeline::measure(const Measurement &measurement) {
     const DepthView shown =
         views_.publishes_readings()
             ? measurement.depth
-            : published_.rendered(k.surface, from_world * depth_now_.inverse(), pool_,
+            : published_.rendered(k.surface, from_world * depth_now_.inverse(),
                                   views_.publishes_tracking() ? while_read() : Twist::Zero());
     return publication_.measured(shown, k, from_world,
                                  guard_ ? guard_->state() : CalibrationState{});

@@ -9,12 +9,13 @@ namespace afterglow {
 KeyframeTracker::KeyframeTracker(const KeyframeOptions &options, const Views &views,
                                  WorkerPool &pool)
     : views_(views), pool_(pool),
-      tracker_(options.alignment, options.alignment_template.points_per_level),
+      tracker_(options.alignment, options.alignment_template.points_per_level, pool),
       newest_bonus_(options.compose.newest_bonus / 100),
       image_(views.tracking.width, views.tracking.height,
              options.alignment_template.coarsest_level),
       previous_image_(image_), composed_surface_(views.published, options.surface),
-      previous_(views.published, views.tracking, views.published_from_tracking.inverse(), options),
+      previous_(views.published, views.tracking, views.published_from_tracking.inverse(), options,
+                pool),
       previous_template_(views.tracking, options.alignment_template) {}
 
 void KeyframeTracker::load(LumaView luma) {
@@ -70,7 +71,7 @@ bool KeyframeTracker::bridge(const Pose &reference_from_world, const Pose &predi
                              DepthView previous_depth, const DepthCorrection &correction,
                              const CameraMotion &motion) {
     composed_surface_.build(previous_depth, pool_, correction);
-    previous_template_.build(previous_image_, previous_.seen(composed_surface_, pool_));
+    previous_template_.build(previous_image_, previous_.seen(composed_surface_));
     const std::array<Pose, 2> starts{predicted * motion.now().inverse(), Pose::identity()};
     step_ = tracker_.track(previous_template_, image_, starts,
                            motion.prior(starts[0], motion.turning(), dt, dt));

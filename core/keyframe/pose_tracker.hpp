@@ -12,8 +12,8 @@ namespace afterglow {
 class PoseTracker {
 public:
     /// For templates of at most so many points a level.
-    PoseTracker(const AlignmentOptions &options, int points_per_level)
-        : alignment_(options, points_per_level) {}
+    PoseTracker(const AlignmentOptions &options, int points_per_level, WorkerPool &pool)
+        : alignment_(options, points_per_level, pool) {}
 
     /// `starts`: possible poses, the first is preferred; at least one. `last`: how the image before
     /// was aligned with the same template, good; null: it was not. If the first start is next to it

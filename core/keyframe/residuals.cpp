@@ -83,10 +83,11 @@ void points_of(const TemplatePoints &points, int first, ImageView<const float> i
                 });
 }
 
-void greys_of(const TemplatePoints &points, ImageView<const float> image, const Eigen::Matrix3f &A,
-              const Eigen::Vector3f &b, const Placement &at, std::span<float> greys) {
+void greys_of(const TemplatePoints &points, int first, int end, ImageView<const float> image,
+              const Eigen::Matrix3f &A, const Eigen::Vector3f &b, const Placement &at,
+              std::span<float> greys) {
     const Lanes d;
-    for (int i = 0; i < points.count; i += static_cast<int>(hn::Lanes(d)))
+    for (int i = first; i < end; i += static_cast<int>(hn::Lanes(d)))
         look_up(points, i, image, A, b, at, [&](auto, auto, auto, auto grey) HWY_ATTR {
             hn::StoreU(grey, d, greys.data() + i);
         });
@@ -153,10 +154,10 @@ void find_points(const TemplatePoints &points, int first, ImageView<const float>
     HWY_DYNAMIC_DISPATCH(points_of)(points, first, image, to.A, to.b, at, seen);
 }
 
-void find_greys(const TemplatePoints &points, ImageView<const float> image,
+void find_greys(const TemplatePoints &points, int first, int end, ImageView<const float> image,
                 const Intrinsics &camera, const Placement &at, std::span<float> grey) {
     const Projection to(camera, at.pose);
-    HWY_DYNAMIC_DISPATCH(greys_of)(points, image, to.A, to.b, at, grey);
+    HWY_DYNAMIC_DISPATCH(greys_of)(points, first, end, image, to.A, to.b, at, grey);
 }
 
 void find_residuals(const TemplatePoints &points, int first, const float *grey, const Placement &at,

@@ -35,8 +35,9 @@ struct PointsSeen {
 void find_points(const TemplatePoints &points, int first, ImageView<const float> image,
                  const Intrinsics &camera, const Placement &at, PointsSeen &seen);
 
-/// The grey values of all points of a level, as in PointsSeen. `grey` has whole blocks.
-void find_greys(const TemplatePoints &points, ImageView<const float> image,
+/// The grey values of a level's points first .. end - 1, whole blocks, as in PointsSeen. `grey`: of
+/// all points.
+void find_greys(const TemplatePoints &points, int first, int end, ImageView<const float> image,
                 const Intrinsics &camera, const Placement &at, std::span<float> grey);
 
 /// How residuals become weights: e / s with s^2 = noise^2 + (g blur)^2, then Geman and McClure's.

@@ -8,35 +8,36 @@
 namespace afterglow {
 
 SurfaceRendering::SurfaceRendering(const Intrinsics &from, const Intrinsics &to,
-                                   const KeyframeOptions &options)
-    : warp_(from, to, options.warp), depth_(to.width, to.height),
+                                   const KeyframeOptions &options, WorkerPool &pool)
+    : warp_(from, to, options.warp, pool), depth_(to.width, to.height),
       edge_distance_(to.width, to.height) {}
 
-DepthView SurfaceRendering::run(const DepthSurface &surface, const Pose &pose, WorkerPool &pool,
+DepthView SurfaceRendering::run(const DepthSurface &surface, const Pose &pose,
                                 const Twist &while_read) {
-    warp_.run(surface, pose, pool, depth_, edge_distance_, {}, {.motion = while_read});
+    warp_.run(surface, pose, depth_, edge_distance_, {}, {.motion = while_read});
     return depth_;
 }
 
 SurfaceRegistration::SurfaceRegistration(const Intrinsics &from, const Intrinsics &to,
-                                         const Pose &pose, const KeyframeOptions &options)
-    : pose_(pose) {
+                                         const Pose &pose, const KeyframeOptions &options,
+                                         WorkerPool &pool)
+    : pose_(pose), pool_(pool) {
     if (!(from == to && is_identity(pose)))
-        seen_ = std::make_unique<Seen>(from, to, options);
+        seen_ = std::make_unique<Seen>(from, to, options, pool);
 }
 
-const DepthSurface &SurfaceRegistration::seen(const DepthSurface &surface, WorkerPool &pool,
-                                              const Pose &motion, const Twist &while_read) {
+const DepthSurface &SurfaceRegistration::seen(const DepthSurface &surface, const Pose &motion,
+                                              const Twist &while_read) {
     if (!seen_)
         return surface;
-    seen_->surface.build(seen_->rendering.run(surface, motion * pose_, pool, while_read), pool);
+    seen_->surface.build(seen_->rendering.run(surface, motion * pose_, while_read), pool_);
     return seen_->surface;
 }
 
 DepthView SurfaceRegistration::rendered(const DepthSurface &surface, const Pose &pose,
-                                        WorkerPool &pool, const Twist &while_read) {
+                                        const Twist &while_read) {
     assert(seen_);
-    return seen_->rendering.run(surface, pose, pool, while_read);
+    return seen_->rendering.run(surface, pose, while_read);
 }
 
 } // namespace afterglow

@@ -18,12 +18,13 @@ namespace afterglow {
 /// Allocates when made; run() is real-time safe.
 class SurfaceRendering {
 public:
-    SurfaceRendering(const Intrinsics &from, const Intrinsics &to, const KeyframeOptions &options);
+    SurfaceRendering(const Intrinsics &from, const Intrinsics &to, const KeyframeOptions &options,
+                     WorkerPool &pool);
 
     /// Depth, millimetres, 0 = none, unfiltered, valid until the next call. `pose` takes points of
     /// the surface's frame to the other camera's, and need not be rigid. `while_read`:
     /// RollingShutter::motion.
-    DepthView run(const DepthSurface &surface, const Pose &pose, WorkerPool &pool,
+    DepthView run(const DepthSurface &surface, const Pose &pose,
                   const Twist &while_read = Twist::Zero());
 
 private:
@@ -39,27 +40,29 @@ class SurfaceRegistration {
 public:
     /// `pose` takes points of the frame of `from` to that of `to`.
     SurfaceRegistration(const Intrinsics &from, const Intrinsics &to, const Pose &pose,
-                        const KeyframeOptions &options);
+                        const KeyframeOptions &options, WorkerPool &pool);
 
     /// `surface` itself, where both cameras are one; else another one, valid until the next call.
     /// `motion`: of the camera `to` from when the surface was measured to when it is seen.
     /// `while_read`: RollingShutter::motion.
-    const DepthSurface &seen(const DepthSurface &surface, WorkerPool &pool, const Pose &motion = {},
+    const DepthSurface &seen(const DepthSurface &surface, const Pose &motion = {},
                              const Twist &while_read = Twist::Zero());
     /// SurfaceRendering::run(), where both cameras are not one.
-    DepthView rendered(const DepthSurface &surface, const Pose &pose, WorkerPool &pool,
+    DepthView rendered(const DepthSurface &surface, const Pose &pose,
                        const Twist &while_read = Twist::Zero());
 
 private:
     struct Seen {
-        Seen(const Intrinsics &from, const Intrinsics &to, const KeyframeOptions &options)
-            : rendering(from, to, options), surface(to, options.surface) {}
+        Seen(const Intrinsics &from, const Intrinsics &to, const KeyframeOptions &options,
+             WorkerPool &pool)
+            : rendering(from, to, options, pool), surface(to, options.surface) {}
 
         SurfaceRendering rendering;
         DepthSurface surface;
     };
 
     Pose pose_;
+    WorkerPool &pool_;
     std::unique_ptr<Seen> seen_; ///< null: both cameras are one
 };
 

@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 
 #include <algorithm>
+#include <tuple>
 
 namespace afterglow {
 namespace {
@@ -27,15 +28,18 @@ constexpr float centre(int piece) {
 
 } // namespace
 
-TileMapping::TileMapping(const Intrinsics &from, const Intrinsics &to, int least_edge_distance_px)
+TileMapping::TileMapping(const Intrinsics &from, const Intrinsics &to, int least_edge_distance_px,
+                         WorkerPool &pool)
     : from_(from), to_(to),
       least_edge_distance_(std::max(least_edge_distance_px, least_smooth_edge_distance)),
-      ranges_(static_cast<std::size_t>(whole_tiles(from.width, SurfacePieces::piece_px))),
-      landing_ranges_(static_cast<int>(ranges_.size()),
-                      whole_tiles(from.height, SurfacePieces::piece_px)),
+      pool_(pool), landing_ranges_(whole_tiles(from.width, SurfacePieces::piece_px),
+                                   whole_tiles(from.height, SurfacePieces::piece_px)),
       landing_(landing_ranges_.width(), landing_ranges_.height()),
-      tiles_(whole_tiles(to.width, tile_px), whole_tiles(to.height, tile_px)),
-      corners_(tiles_.width() + 1, tiles_.height() + 1) {}
+      corners_(whole_tiles(to.width, tile_px) + 1, whole_tiles(to.height, tile_px) + 1) {
+    for (int worker = 0; worker < pool.size(); ++worker)
+        shares_.push_back({Image<Tile>(corners_.width() - 1, corners_.height() - 1),
+                           std::vector<TileRange>(static_cast<std::size_t>(landing_.width()))});
+}
 
 void TileMapping::find(const DepthSurface &surface, const SurfaceProjection &projection,
                        const DepthCorrection &correction, float margin_px) {
@@ -47,14 +51,31 @@ void TileMapping::find(const DepthSurface &surface, const SurfaceProjection &pro
 
 /// Tells each tile what is seen on it.
 void TileMapping::put_on_tiles(const Mapping &by, float margin_px) {
-    std::ranges::fill(tiles_.pixels(), Tile{});
-    for (int y = 0; y < landing_.height(); ++y) {
-        find_ranges(by, margin_px, y);
-        put_row_on_tiles(by.surface.pieces(), y);
-    }
+    for (Share &share : shares_)
+        share.used = false;
+    const auto use = [&](int worker) -> Share & {
+        Share &share = shares_[static_cast<std::size_t>(worker)];
+        if (!share.used)
+            std::ranges::fill(share.tiles.pixels(), Tile{});
+        share.used = true;
+        return share;
+    };
+    pool_.run_strips(landing_.height(), [&](int first, int end, int worker) {
+        Share &share = use(worker);
+        for (int y = first; y < end; ++y) {
+            find_ranges(by, margin_px, y, share.ranges);
+            put_row_on_tiles(by.surface.pieces(), y, share);
+        }
+    });
+    use(0);
+    for (const Share &other : std::span(shares_).subspan(1))
+        if (other.used)
+            for (std::size_t i = 0; i < other.tiles.pixels().size(); ++i)
+                add(other.tiles.pixels()[i], tiles().pixels()[i]);
 }
 
-void TileMapping::find_ranges(const Mapping &by, float margin_px, int row) {
+void TileMapping::find_ranges(const Mapping &by, float margin_px, int row,
+                              std::span<TileRange> ranges) {
     constexpr float size = SurfacePieces::piece_px;
     constexpr float least_margin_px = 0.25f; // points are seen a little beside where a plane's are
     const SurfacePieces &pieces = by.surface.pieces();
@@ -63,22 +84,22 @@ void TileMapping::find_ranges(const Mapping &by, float margin_px, int row) {
         {pieces.nearest().row(row), pieces.farthest().row(row), centre(0), size, landing_.width()},
         {by.projection.row(centre(row)), by.projection.while_read(), by.projection.turn(),
          nearest_m, columns(), rows(), least_margin_px, margin_px},
-        ranges_.data(), landing_ranges_.row(row));
+        ranges.data(), landing_ranges_.row(row));
 }
 
 /// A tile is smooth as long as all that is seen on it is.
-void TileMapping::put_row_on_tiles(const SurfacePieces &pieces, int row) {
+void TileMapping::put_row_on_tiles(const SurfacePieces &pieces, int row, Share &share) const {
     const std::uint8_t *const edges = pieces.edge_distance().row(row);
     const float *const nearest = pieces.nearest().row(row);
     const float *const farthest = pieces.farthest().row(row);
     const int least_edge_distance = least_edge_distance_;
     const int count = landing_.width();
     for (int x = 0; x < count; ++x) {
-        const TileRange range = ranges_[static_cast<std::size_t>(x)];
+        const TileRange range = share.ranges[static_cast<std::size_t>(x)];
         const bool smooth = edges[x] >= least_edge_distance;
         for (int ty = range.top; ty <= range.bottom; ++ty)
-            for (Tile *tile = tiles_.row(ty) + range.left; tile <= tiles_.row(ty) + range.right;
-                 ++tile) {
+            for (Tile *tile = share.tiles.row(ty) + range.left;
+                 tile <= share.tiles.row(ty) + range.right; ++tile) {
                 if (!smooth || tile->content == TileContent::mixed) {
                     tile->content = TileContent::mixed;
                     continue;
@@ -95,32 +116,55 @@ void TileMapping::put_row_on_tiles(const SurfacePieces &pieces, int row) {
     }
 }
 
-/// Tiles that are no smooth part of a surface, though its pieces are smooth, are mixed.
-void TileMapping::check_smooth(const Mapping &by) {
-    std::ranges::fill(corners_.pixels(), Corner{});
-    for (int y = 0; y < tiles_.height(); ++y)
-        for (int x = 0; x < tiles_.width(); ++x) {
-            Tile &tile = tiles_(x, y);
-            if (tile.content == TileContent::smooth && !is_smooth(x, y, by))
-                tile.content = TileContent::mixed;
-        }
+/// What is seen on a tile, by one worker's share and by another's. Of equally near pieces the first
+/// counts, whoever had it.
+void TileMapping::add(const Tile &other, Tile &tile) {
+    if (other.content == TileContent::nothing || tile.content == TileContent::mixed)
+        return;
+    if (tile.content == TileContent::nothing || other.content == TileContent::mixed) {
+        tile = other;
+        return;
+    }
+    if (std::tie(other.nearest, other.y, other.x) < std::tie(tile.nearest, tile.y, tile.x)) {
+        tile.nearest = other.nearest;
+        tile.x = other.x;
+        tile.y = other.y;
+    }
+    tile.farthest = std::max(tile.farthest, other.farthest);
+    tile.least_edge_distance = std::min(tile.least_edge_distance, other.least_edge_distance);
 }
 
-/// Whether a tile is all in the view, its depths are alike, and its corners are on the surface.
-bool TileMapping::is_smooth(int x, int y, const Mapping &by) {
-    const Tile &tile = tiles_(x, y);
-    if ((x + 1) * tile_px > to_.width || (y + 1) * tile_px > to_.height ||
-        tile.farthest > alike_depths * tile.nearest)
-        return false;
-    for (int i = 0; i < 4; ++i) {
-        const int right = x + (i & 1), below = y + (i >> 1);
-        Corner &corner = corners_(right, below);
-        if (!corner.tried)
-            corner = {true, find_corner(right, below, tile, by)};
-        if (!corner.found)
-            return false;
-    }
-    return true;
+/// Tiles that are no smooth part of a surface, though its pieces are smooth, are mixed.
+void TileMapping::check_smooth(const Mapping &by) {
+    pool_.run(corners_.height(), [&](int y) {
+        for (int x = 0; x < corners_.width(); ++x)
+            corners_(x, y) = find_corner(x, y, by);
+    });
+    pool_.run(rows(), [&](int y) {
+        for (int x = 0; x < columns(); ++x) {
+            Tile &tile = tiles()(x, y);
+            if (tile.content == TileContent::smooth &&
+                !(may_be_smooth(x, y) && corners_(x, y) && corners_(x + 1, y) &&
+                  corners_(x, y + 1) && corners_(x + 1, y + 1)))
+                tile.content = TileContent::mixed;
+        }
+    });
+}
+
+/// Whether a tile is all in the view, and its depths are alike.
+bool TileMapping::may_be_smooth(int x, int y) const {
+    const Tile &tile = tiles()(x, y);
+    return tile.content == TileContent::smooth && (x + 1) * tile_px <= to_.width &&
+           (y + 1) * tile_px <= to_.height && tile.farthest <= alike_depths * tile.nearest;
+}
+
+/// From the first of its tiles that may be smooth.
+std::optional<MappedCorner> TileMapping::find_corner(int x, int y, const Mapping &by) const {
+    for (int tile_y = std::max(y - 1, 0); tile_y <= std::min(y, rows() - 1); ++tile_y)
+        for (int tile_x = std::max(x - 1, 0); tile_x <= std::min(x, columns() - 1); ++tile_x)
+            if (may_be_smooth(tile_x, tile_y))
+                return find_corner(x, y, tiles()(tile_x, tile_y), by);
+    return std::nullopt;
 }
 
 /// The point of the surface that is seen at a corner: from the middle of the tile's nearest piece,
@@ -169,12 +213,14 @@ void TileMapping::find_landing() {
                     return true;
         return false;
     };
-    std::ranges::transform(landing_ranges_.pixels(), landing_.pixels().begin(), mixed_in);
+    pool_.run_strips(landing_.height(), [&](int first, int end) {
+        std::transform(landing_ranges_.row(first), landing_ranges_.row(end), landing_.row(first),
+                       mixed_in);
+    });
 }
 
 MappedTile TileMapping::mapped(int x, int y) const {
-    return {{*corners_(x, y).found, *corners_(x + 1, y).found, *corners_(x, y + 1).found,
-             *corners_(x + 1, y + 1).found}};
+    return {{*corners_(x, y), *corners_(x + 1, y), *corners_(x, y + 1), *corners_(x + 1, y + 1)}};
 }
 
 } // namespace afterglow

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/base/image.hpp"
+#include "core/base/worker_pool.hpp"
 #include "core/keyframe/depth_surface.hpp"
 #include "core/keyframe/surface_projection.hpp"
 
@@ -10,6 +11,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 namespace afterglow {
@@ -33,18 +35,19 @@ public:
 
     /// Smooth tiles show no point nearer to a depth edge than `least_edge_distance_px`, and none on
     /// an edge.
-    TileMapping(const Intrinsics &from, const Intrinsics &to, int least_edge_distance_px);
+    TileMapping(const Intrinsics &from, const Intrinsics &to, int least_edge_distance_px,
+                WorkerPool &pool);
 
     /// `correction`: of the readings that corners tell; `margin_px`: what mixed tiles need to know
     /// of their surroundings.
     void find(const DepthSurface &surface, const SurfaceProjection &projection,
               const DepthCorrection &correction, float margin_px);
 
-    int columns() const { return tiles_.width(); }
-    int rows() const { return tiles_.height(); }
-    TileContent content(int x, int y) const { return tiles_(x, y).content; }
+    int columns() const { return tiles().width(); }
+    int rows() const { return tiles().height(); }
+    TileContent content(int x, int y) const { return tiles()(x, y).content; }
     /// Least edge distance of the points on a smooth tile, pixels.
-    int least_edge_distance(int x, int y) const { return tiles_(x, y).least_edge_distance; }
+    int least_edge_distance(int x, int y) const { return tiles()(x, y).least_edge_distance; }
     /// A smooth tile's corners.
     MappedTile mapped(int x, int y) const;
     /// Calls visit(begin, end) for each run of pixels of the view's row v that are in mixed tiles.
@@ -83,10 +86,11 @@ private:
         std::int16_t x = 0, y = 0;       ///< the nearest piece
         float nearest = 0, farthest = 0; ///< depths on the surface, metres
     };
-    /// A corner of up to four tiles of the view, which is looked for once.
-    struct Corner {
-        bool tried = false;
-        std::optional<MappedCorner> found;
+    /// What some rows of pieces are seen on; each worker has its own.
+    struct Share {
+        Image<Tile> tiles;
+        std::vector<TileRange> ranges; ///< on which each piece of a row may be seen
+        bool used = false;             ///< in this run
     };
     /// What a surface is mapped with.
     struct Mapping {
@@ -95,22 +99,26 @@ private:
         const DepthCorrection &correction;
     };
 
-    void find_ranges(const Mapping &by, float margin_px, int row);
+    Image<Tile> &tiles() { return shares_.front().tiles; }
+    const Image<Tile> &tiles() const { return shares_.front().tiles; }
     void put_on_tiles(const Mapping &by, float margin_px);
-    void put_row_on_tiles(const SurfacePieces &pieces, int row);
+    void find_ranges(const Mapping &by, float margin_px, int row, std::span<TileRange> ranges);
+    void put_row_on_tiles(const SurfacePieces &pieces, int row, Share &share) const;
+    static void add(const Tile &other, Tile &tile);
     void check_smooth(const Mapping &by);
-    bool is_smooth(int x, int y, const Mapping &by);
+    bool may_be_smooth(int x, int y) const;
+    std::optional<MappedCorner> find_corner(int x, int y, const Mapping &by) const;
     std::optional<MappedCorner> find_corner(int x, int y, const Tile &tile,
                                             const Mapping &by) const;
     void find_landing();
 
     Intrinsics from_, to_;
     int least_edge_distance_;
-    std::vector<TileRange> ranges_;   ///< on which each piece of a row may be seen
-    Image<TileRange> landing_ranges_; ///< the same of all pieces, with a margin
+    WorkerPool &pool_;
+    std::vector<Share> shares_;       ///< by worker; in the end all is in the first one's
+    Image<TileRange> landing_ranges_; ///< on which each piece may be seen, with a margin
     Image<std::uint8_t> landing_;     ///< by piece: whether it is seen in, or around, mixed tiles
-    Image<Tile> tiles_;
-    Image<Corner> corners_;
+    Image<std::optional<MappedCorner>> corners_; ///< of tiles that may be smooth
 };
 
 } // namespace afterglow

@@ -23,52 +23,74 @@ void keep_nearest(std::span<const int> offsets, const WarpedPixel *values, Warpe
     }
 }
 
-/// While other threads do the same.
-void keep_nearest_shared(std::span<const int> offsets, const WarpedPixel *values, WarpedPixel *to) {
-    for (const int offset : offsets) {
-        const WarpedPixel value = *values++;
-        std::atomic_ref<WarpedPixel> pixel(to[offset]);
-        WarpedPixel old = pixel.load(std::memory_order_relaxed);
-        while (value < old && !pixel.compare_exchange_weak(old, value, std::memory_order_relaxed)) {
-        }
-    }
-}
-
 } // namespace
 
-Warp::Warp(const Intrinsics &from, const Intrinsics &to, const WarpOptions &options)
-    : from_(from), to_(to), options_(options), tiles_(from, to, options.least_edge_distance_px),
-      nearest_(to.width + 2 * margin(), to.height + 2 * margin()) {}
+Warp::Warp(const Intrinsics &from, const Intrinsics &to, const WarpOptions &options,
+           WorkerPool &pool)
+    : from_(from), to_(to), options_(options), pool_(pool),
+      tiles_(from, to, options.least_edge_distance_px, pool),
+      scattered_(static_cast<std::size_t>(pool.size()),
+                 {Image<WarpedPixel>(to.width + 2 * margin(), to.height + 2 * margin())}) {}
 
 ImageView<const WarpedPixel> Warp::landed() const {
-    return {nearest_.row(margin()) + margin(), to_.width, to_.height, nearest_.width()};
+    const Image<WarpedPixel> &nearest = scattered_.front().nearest;
+    return {nearest.row(margin()) + margin(), to_.width, to_.height, nearest.width()};
 }
 
-int Warp::run(const DepthSurface &surface, const Pose &pose, WorkerPool &pool,
-              ImageView<std::uint16_t> depth, ImageView<std::uint8_t> edge_distance,
-              const DepthCorrection &correction, const RollingShutter &shutter) {
+int Warp::run(const DepthSurface &surface, const Pose &pose, ImageView<std::uint16_t> depth,
+              ImageView<std::uint8_t> edge_distance, const DepthCorrection &correction,
+              const RollingShutter &shutter) {
     assert(depth.width() == to_.width && depth.height() == to_.height &&
            edge_distance.same_size(depth));
     const SurfaceProjection projection(from_, to_, pose, shutter);
     tiles_.find(surface, projection, correction, static_cast<float>(options_.crack_px + 1));
-    std::ranges::fill(nearest_.pixels(), nothing_landed);
-    const int n = pool.size();
-    pool.run([&](int worker) {
-        scatter(surface, projection, from_.height * worker / n, from_.height * (worker + 1) / n,
-                n == 1);
-    });
+    scatter(surface, projection);
     std::atomic<int> drawn = 0;
-    pool.run([&](int worker) {
-        int count = 0;
-        for (int y = tiles_.rows() * worker / n; y < tiles_.rows() * (worker + 1) / n; ++y)
-            count += draw_tiles({surface, correction, depth, edge_distance}, y);
-        drawn.fetch_add(count, std::memory_order_relaxed);
+    pool_.run(tiles_.rows(), [&](int y) {
+        drawn.fetch_add(draw_tiles({surface, correction, depth, edge_distance}, y),
+                        std::memory_order_relaxed);
     });
     return drawn;
 }
 
-void Warp::scatter(const DepthSurface &surface, const SurfaceProjection &projection, int first_row,
-                   int end_row, bool alone) {
+/// Each worker has a map of its own, so that no two write to one pixel.
+void Warp::scatter(const DepthSurface &surface, const SurfaceProjection &projection) {
+    for (Scattered &scattered : scattered_)
+        scattered.used = false;
+    const auto use = [&](int worker) -> Image<WarpedPixel> & {
+        Scattered &scattered = scattered_[static_cast<std::size_t>(worker)];
+        if (!scattered.used)
+            std::ranges::fill(scattered.nearest.pixels(), nothing_landed);
+        scattered.used = true;
+        return scattered.nearest;
+    };
+    pool_.run_strips(from_.height, [&](int first, int end, int worker) {
+        scatter_rows(surface, projection, first, end, use(worker));
+    });
+    use(0);
+    keep_nearest_of_all();
+}
+
+void Warp::keep_nearest_of_all() {
+    const std::span others = std::span(scattered_).subspan(1);
+    if (std::ranges::none_of(others, &Scattered::used))
+        return;
+    Image<WarpedPixel> &all = scattered_.front().nearest;
+    pool_.run_strips(all.height(), [&](int first, int end) {
+        const int count = (end - first) * all.width();
+        for (const Scattered &other : others) {
+            if (!other.used)
+                continue;
+            const WarpedPixel *const in = other.nearest.row(first);
+            WarpedPixel *const out = all.row(first);
+            for (int i = 0; i < count; ++i) // the compiler makes vector code of it
+                out[i] = std::min(out[i], in[i]);
+        }
+    });
+}
+
+void Warp::scatter_rows(const DepthSurface &surface, const SurfaceProjection &projection,
+                        int first_row, int end_row, Image<WarpedPixel> &nearest) const {
     constexpr int most = most_points;
     const LandingLimits limits = {surface.options().nearest_m,
                                   surface.options().farthest_m,
@@ -76,8 +98,8 @@ void Warp::scatter(const DepthSurface &surface, const SurfaceProjection &project
                                   static_cast<float>(to_.height),
                                   options_.edges_hide ? 1 : options_.least_edge_distance_px,
                                   options_.edges_hide ? options_.least_edge_distance_px : 0,
-                                  nearest_.width()};
-    WarpedPixel *const to = nearest_.row(margin()) + margin();
+                                  nearest.width()};
+    WarpedPixel *const to = nearest.row(margin()) + margin();
     const int w = from_.width, last = from_.height - 1;
     std::array<float, most + 2> z;
     std::array<int, most> offsets;
@@ -99,7 +121,7 @@ void Warp::scatter(const DepthSurface &surface, const SurfaceProjection &project
             project_points({with_sides, z_up + u, z_down + u, edge + u, u, count}, row,
                            projection.while_read(), limits, offsets.data(), values.data());
             const std::span landed(offsets.data(), static_cast<std::size_t>(count));
-            (alone ? keep_nearest : keep_nearest_shared)(landed, values.data(), to);
+            keep_nearest(landed, values.data(), to);
         };
         tiles_.for_each_landing_run(v, [&](int begin, int end) {
             for (int u = begin; u < end; u += most)
@@ -200,7 +222,7 @@ int Warp::draw_mixed(const Drawing &to, int v, int begin, int end) const {
 /// through which a far surface shows, between two pixels of one surface on opposite sides; 0 if it
 /// is none.
 WarpedPixel Warp::fill_pixel(const DepthSurface &surface, const WarpedPixel *at) const {
-    const std::ptrdiff_t stride = nearest_.width();
+    const std::ptrdiff_t stride = landed().stride();
     const int reach = options_.crack_px;
     const bool empty = *at == nothing_landed;
     float sum = 0;

@@ -10,6 +10,7 @@
 #include "core/keyframe/warp_kernels.hpp"
 
 #include <cstdint>
+#include <vector>
 
 namespace afterglow {
 
@@ -36,7 +37,8 @@ struct WarpOptions {
 class Warp {
 public:
     /// Surfaces of the camera `from` are carried into the view of the camera `to`.
-    Warp(const Intrinsics &from, const Intrinsics &to, const WarpOptions &options);
+    Warp(const Intrinsics &from, const Intrinsics &to, const WarpOptions &options,
+         WorkerPool &pool);
 
     /// Carries `surface` along `pose` (its camera's frame to the other's) and fills cracks: empty
     /// pixels with the same surface on two opposite sides, and pixels of a far surface that show
@@ -46,15 +48,17 @@ public:
     /// nothing: what a TOF camera with that `correction` would read, millimetres; and how far its
     /// point is from the next edge of the surface, pixels, at most DepthSurface::far_from_edge.
     /// Returns how many pixels have depth.
-    int run(const DepthSurface &surface, const Pose &pose, WorkerPool &pool,
-            ImageView<std::uint16_t> depth, ImageView<std::uint8_t> edge_distance,
-            const DepthCorrection &correction = {}, const RollingShutter &shutter = {});
+    int run(const DepthSurface &surface, const Pose &pose, ImageView<std::uint16_t> depth,
+            ImageView<std::uint8_t> edge_distance, const DepthCorrection &correction = {},
+            const RollingShutter &shutter = {});
 
 private:
     int margin() const { return std::max(options_.crack_px, 1); }
     ImageView<const WarpedPixel> landed() const;
-    void scatter(const DepthSurface &surface, const SurfaceProjection &projection, int first_row,
-                 int end_row, bool alone);
+    void scatter(const DepthSurface &surface, const SurfaceProjection &projection);
+    void scatter_rows(const DepthSurface &surface, const SurfaceProjection &projection,
+                      int first_row, int end_row, Image<WarpedPixel> &nearest) const;
+    void keep_nearest_of_all();
     /// Where and how to draw.
     struct Drawing {
         const DepthSurface &surface;
@@ -69,8 +73,14 @@ private:
 
     Intrinsics from_, to_;
     WarpOptions options_;
+    WorkerPool &pool_;
     TileMapping tiles_;
-    Image<WarpedPixel> nearest_; ///< with a margin on all sides, on which nothing lands
+    /// What landed on a map, which has a margin on all sides on which nothing lands.
+    struct Scattered {
+        Image<WarpedPixel> nearest;
+        bool used = false; ///< in this run
+    };
+    std::vector<Scattered> scattered_; ///< by worker; in the end all is in the first one's
 };
 
 } // namespace afterglow

@@ -21,6 +21,10 @@ public:
     /// at most most_columns; all, and `weight`, have `rows` finite values. `first`: a multiple
     /// of 4.
     void add(std::span<const float *const> columns, const float *weight, int first = 0);
+    void add(const WeightedProducts &other) {
+        for (std::size_t i = 0; i < sums_.size(); ++i)
+            sums_[i] += other.sums_[i];
+    }
     /// Of columns i <= j.
     double operator()(int i, int j) const {
         return sums_[static_cast<std::size_t>(i) * most_columns + static_cast<std::size_t>(j)];

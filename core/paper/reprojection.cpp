@@ -4,6 +4,11 @@
 #include <algorithm>
 
 namespace afterglow {
+namespace {
+
+constexpr std::uint16_t none = 0xffff;
+
+} // namespace
 
 ForwardReprojection::ForwardReprojection(const Intrinsics &camera, WorkerPool &pool)
     : camera_(camera), pool_(pool) {
@@ -13,8 +18,6 @@ ForwardReprojection::ForwardReprojection(const Intrinsics &camera, WorkerPool &p
 
 void ForwardReprojection::draw_rows(DepthView from, const Pose &pose, int begin, int end,
                                     DepthMap &nearest) const {
-    constexpr std::uint16_t none = 0xffff;
-    std::fill(nearest.pixels().begin(), nearest.pixels().end(), none);
     const Eigen::Matrix3f R = pose.R.cast<float>();
     const Eigen::Vector3f T = pose.T.cast<float>() * 1000; // millimetres
     const auto fx = static_cast<float>(camera_.fx);
@@ -46,14 +49,14 @@ void ForwardReprojection::draw_rows(DepthView from, const Pose &pose, int begin,
 }
 
 void ForwardReprojection::warp(DepthView from, const Pose &pose, ImageView<std::uint16_t> to) {
-    const int workers = pool_.size();
-    const int height = camera_.height;
-    pool_.run([&](int worker) {
-        draw_rows(from, pose, height * worker / workers, height * (worker + 1) / workers,
-                  nearest_[static_cast<std::size_t>(worker)]);
+    pool_.run(pool_.size(), [&](int worker) {
+        std::ranges::fill(nearest_[static_cast<std::size_t>(worker)].pixels(), none);
     });
-    pool_.run([&](int worker) {
-        for (int v = height * worker / workers; v < height * (worker + 1) / workers; ++v) {
+    pool_.run_strips(camera_.height, [&](int first, int end, int worker) {
+        draw_rows(from, pose, first, end, nearest_[static_cast<std::size_t>(worker)]);
+    });
+    pool_.run_strips(camera_.height, [&](int first, int end) {
+        for (int v = first; v < end; ++v) {
             std::uint16_t *out = to.row(v);
             std::copy_n(nearest_[0].row(v), to.width(), out);
             for (std::size_t other = 1; other < nearest_.size(); ++other) {

@@ -49,11 +49,11 @@ int DepthResampler::run(DepthView from, ImageView<const std::uint8_t> from_confi
     assert(from.width() == from_width_ && from.height() == from_height_ &&
            from.stride() == from_width_);
     assert(to.width() == to_width_ && to.height() == to_height_);
-    const int w = from_width_, n = pool.size();
+    const int w = from_width_;
     std::atomic<int> covered = 0;
-    pool.run([&](int worker) {
+    pool.run_strips(to_height_, [&](int first, int end) {
         int count = 0;
-        for (int v = to_height_ * worker / n; v < to_height_ * (worker + 1) / n; ++v) {
+        for (int v = first; v < end; ++v) {
             const Tap *tap = taps_.data() + static_cast<std::ptrdiff_t>(v) * to_width_;
             std::uint16_t *out = to.row(v);
             std::uint8_t *confidence = to_confidence.empty() ? nullptr : to_confidence.row(v);

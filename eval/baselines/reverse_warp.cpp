@@ -23,10 +23,8 @@ public:
 
 private:
     void reproject(DepthView measured, const Pose &pose, ImageView<std::uint16_t> depth) override {
-        pool_.run([&](int worker) {
-            const int begin = depth.height() * worker / pool_.size();
-            const int end = depth.height() * (worker + 1) / pool_.size();
-            for (int v = begin; v < end; ++v)
+        pool_.run_strips(depth.height(), [&](int first, int end) {
+            for (int v = first; v < end; ++v)
                 fetch_row(measured, pose, v, depth.row(v));
         });
     }

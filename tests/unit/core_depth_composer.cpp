@@ -47,10 +47,10 @@ TEST_CASE("a composed map's confidence follows from each pixel's depth and dista
     drawn.composer.judge({.error_scale = error_scale});
 
     const Keyframe &keyframe = drawn.keyframes[0];
-    Warp warp(drawn.film.camera, drawn.film.camera, drawn.options.warp);
+    Warp warp(drawn.film.camera, drawn.film.camera, drawn.options.warp, drawn.pool);
     DepthMap depth(drawn.film.camera.width, drawn.film.camera.height);
     Image<std::uint8_t> edges(depth.width(), depth.height());
-    const int covered = warp.run(keyframe.surface, now, drawn.pool, depth, edges);
+    const int covered = warp.run(keyframe.surface, now, depth, edges);
     const MapError error = map_error(keyframe.surface, Views(drawn.film.camera), now,
                                      drawn.alignment.covariance, drawn.options.error);
     CHECK(drawn.composer.depth() == depth);

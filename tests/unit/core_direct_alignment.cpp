@@ -40,7 +40,8 @@ struct Pair {
         constexpr float reach_m = 0.03f;
         PosePrior prior;
         prior.information.topLeftCorner<3, 3>().diagonal().setConstant(1 / (reach_m * reach_m));
-        PoseTracker tracker(AlignmentOptions{}, TemplateOptions{}.points_per_level);
+        WorkerPool pool(1);
+        PoseTracker tracker(AlignmentOptions{}, TemplateOptions{}.points_per_level, pool);
         return tracker.track(reference, image, starts, prior, last);
     }
     /// Mean image error, pixels, of a pose for points 2 m ahead.
@@ -145,7 +146,7 @@ TEST_CASE("points of a template are found in an image as a reference computes it
     at.offset = 7;
     const ResidualScale scale{.pixel_noise = 3, .blur_px = 0.2f, .robust_width = 4};
     std::vector<float> greys(points.x.size());
-    find_greys(points, grey, camera, at, greys);
+    find_greys(points, 0, static_cast<int>(greys.size()), grey, camera, at, greys);
     PointsSeen found;
     Residuals residuals;
     int seen = 0, unseen = 0;
@@ -210,7 +211,8 @@ TEST_CASE("a template's derivatives are those of what an image shows at its poin
     const TemplatePoints &points = pair.reference.points(level);
     const auto greys = [&](const Placement &at) {
         std::vector<float> found(points.x.size());
-        find_greys(points, image.level(level), pair.reference.camera(level), at, found);
+        find_greys(points, 0, static_cast<int>(found.size()), image.level(level),
+                   pair.reference.camera(level), at, found);
         return found;
     };
     // The scene moves by x, the camera's image of it by J x: averages over many points, since grey

@@ -28,8 +28,8 @@ struct Carried {
         WorkerPool pool(workers);
         DepthSurface surface(camera, as_measured());
         surface.build(map, pool);
-        Warp warp(camera, camera, options);
-        drawn = warp.run(surface, pose, pool, millimetres, edges, {}, shutter);
+        Warp warp(camera, camera, options, pool);
+        drawn = warp.run(surface, pose, millimetres, edges, {}, shutter);
         for (std::size_t i = 0; i < depth.pixels().size(); ++i)
             depth.pixels()[i] = 0.001f * static_cast<float>(millimetres.pixels()[i]);
     }

@@ -2,27 +2,88 @@
 #include "core/base/worker_pool.hpp"
 #include "tests/catch.hpp"
 
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <mutex>
 #include <set>
+#include <utility>
 
 using namespace afterglow;
 
-TEST_CASE("every worker of a worker pool runs once per job", "[core][tsan]") {
-    for (int workers : {1, 2, 5}) {
+TEST_CASE("a worker pool does every part of a job once", "[core][tsan]") {
+    for (const int workers : {1, 2, 5}) {
         WorkerPool pool(workers);
         CHECK(pool.size() == workers);
-        std::vector<int> calls(static_cast<std::size_t>(workers));
-        for (int job = 0; job < 200; ++job)
-            pool.run([&](int worker) { ++calls[static_cast<std::size_t>(worker)]; });
-        CHECK(calls == std::vector<int>(static_cast<std::size_t>(workers), 200));
+        std::vector<int> calls(7);
+        for (int job = 0; job < 300; ++job) {
+            const int parts = job % 8; // none at all, too
+            pool.run(parts, [&](int part) { ++calls[static_cast<std::size_t>(part)]; });
+        }
+        std::vector<int> expected(7);
+        for (int job = 0; job < 300; ++job)
+            for (int part = 0; part < job % 8; ++part)
+                ++expected[static_cast<std::size_t>(part)];
+        CHECK(calls == expected);
     }
 }
 
-TEST_CASE("the caller of a worker pool is its worker 0", "[core]") {
+TEST_CASE("what a job's parts wrote is there when it is done", "[core][tsan]") {
     WorkerPool pool(3);
-    std::vector<std::thread::id> threads(3);
-    pool.run([&](int worker) {
-        threads[static_cast<std::size_t>(worker)] = std::this_thread::get_id();
+    std::array<int, 64> values{};
+    for (int job = 1; job <= 300; ++job) {
+        pool.run(64, [&](int part) { values[static_cast<std::size_t>(part)] += part; });
+        int sum = 0;
+        for (int &value : values)
+            sum += std::exchange(value, 0);
+        REQUIRE(sum == 63 * 32);
+    }
+}
+
+TEST_CASE("each thread of a worker pool has a number, and the caller's is 0", "[core][tsan]") {
+    WorkerPool pool(3);
+    std::mutex mutex;
+    std::set<std::pair<int, std::thread::id>> seen;
+    std::atomic<int> waiting = 0;
+    pool.run(3, [&](int, int worker) {
+        ++waiting; // each thread has one part
+        while (waiting < 3)
+            std::this_thread::yield();
+        const std::lock_guard lock(mutex);
+        seen.insert({worker, std::this_thread::get_id()});
     });
-    CHECK(threads[0] == std::this_thread::get_id());
-    CHECK(std::set(threads.begin(), threads.end()).size() == 3);
+    REQUIRE(seen.size() == 3);
+    CHECK(seen.begin()->second == std::this_thread::get_id());
+    CHECK(std::ranges::all_of(seen,
+                              [next = 0](const auto &one) mutable { return one.first == next++; }));
+}
+
+TEST_CASE("a worker pool's threads, once asleep, work again", "[core][tsan]") {
+    WorkerPool pool(2);
+    for (int job = 0; job < 5; ++job) {
+        std::this_thread::sleep_for(
+            std::chrono::milliseconds(5)); // longer than they look for a job
+        std::atomic<int> waiting = 0;
+        pool.run(2, [&](int) {
+            ++waiting;
+            while (waiting < 2) // ends only if two threads work
+                std::this_thread::yield();
+        });
+        CHECK(waiting == 2);
+    }
+}
+
+TEST_CASE("the strips of an image are all of its rows", "[core]") {
+    for (const int workers : {1, 2}) {
+        WorkerPool pool(workers);
+        for (const int rows : {0, 1, 15, 16, 17, 100}) {
+            std::vector<int> calls(static_cast<std::size_t>(rows));
+            pool.run_strips(rows, [&](int first, int end) {
+                for (int v = first; v < end; ++v)
+                    ++calls[static_cast<std::size_t>(v)];
+            });
+            CHECK(std::ranges::count(calls, 1) == rows);
+        }
+    }
 }

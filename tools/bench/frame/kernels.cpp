@@ -26,13 +26,13 @@ void warp(benchmark::State &state, const Tour &tour) {
             state.PauseTiming();
             const Intrinsics &camera = stop.frames.camera;
             DepthSurface surface(camera, options.surface);
-            Warp warp(camera, camera, options.warp);
+            Warp warp(camera, camera, options.warp, pool);
             DepthMap carried(camera.width, camera.height);
             Image<std::uint8_t> edges(camera.width, camera.height);
             state.ResumeTiming();
             for (std::size_t k = 0; k < stop.size(); ++k) {
                 if (Stop::keyframe_of(k) != k) {
-                    warp.run(surface, stop.poses[k], pool, carried, edges);
+                    warp.run(surface, stop.poses[k], carried, edges);
                     continue;
                 }
                 state.PauseTiming();
@@ -47,7 +47,7 @@ void align(benchmark::State &state, const Tour &tour) {
     const auto frames = static_cast<benchmark::IterationCount>(estimated_frames(tour));
     const KeyframeOptions options;
     WorkerPool pool(1);
-    PoseTracker tracker(options.alignment, options.alignment_template.points_per_level);
+    PoseTracker tracker(options.alignment, options.alignment_template.points_per_level, pool);
     while (state.KeepRunningBatch(frames)) {
         for (const Stop &stop : tour) {
             state.PauseTiming();
