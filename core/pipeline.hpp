@@ -31,7 +31,7 @@ struct Measurement {
 /// last tracked, measure() gets that map, and later images are estimated from it. Neither fails.
 /// Images and maps have the sizes of the cameras that the pipeline was made for. Deterministic: the
 /// same calls give the same bits, whatever the number of workers. The pipelines of core/ are
-/// real-time safe: after construction they allocate nothing and take no lock but the worker pool's.
+/// real-time safe: after construction they allocate nothing and take no lock.
 /// One thread at a time.
 class Pipeline {
 public:

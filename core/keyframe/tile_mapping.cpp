@@ -32,14 +32,14 @@ TileMapping::TileMapping(const Intrinsics &from, const Intrinsics &to, int least
                          WorkerPool &pool)
     : from_(from), to_(to),
       least_edge_distance_(std::max(least_edge_distance_px, least_smooth_edge_distance)),
-      pool_(pool), landing_ranges_(whole_tiles(from.width, SurfacePieces::piece_px),
-                                   whole_tiles(from.height, SurfacePieces::piece_px)),
+      pool_(pool),
+      shares_(pool, {Image<Tile>(whole_tiles(to.width, tile_px), whole_tiles(to.height, tile_px)),
+                     std::vector<TileRange>(static_cast<std::size_t>(
+                         whole_tiles(from.width, SurfacePieces::piece_px)))}),
+      landing_ranges_(whole_tiles(from.width, SurfacePieces::piece_px),
+                      whole_tiles(from.height, SurfacePieces::piece_px)),
       landing_(landing_ranges_.width(), landing_ranges_.height()),
-      corners_(whole_tiles(to.width, tile_px) + 1, whole_tiles(to.height, tile_px) + 1) {
-    for (int worker = 0; worker < pool.size(); ++worker)
-        shares_.push_back({Image<Tile>(corners_.width() - 1, corners_.height() - 1),
-                           std::vector<TileRange>(static_cast<std::size_t>(landing_.width()))});
-}
+      corners_(columns() + 1, rows() + 1) {}
 
 void TileMapping::find(const DepthSurface &surface, const SurfaceProjection &projection,
                        const DepthCorrection &correction, float margin_px) {
@@ -51,27 +51,20 @@ void TileMapping::find(const DepthSurface &surface, const SurfaceProjection &pro
 
 /// Tells each tile what is seen on it.
 void TileMapping::put_on_tiles(const Mapping &by, float margin_px) {
-    for (Share &share : shares_)
-        share.used = false;
-    const auto use = [&](int worker) -> Share & {
-        Share &share = shares_[static_cast<std::size_t>(worker)];
-        if (!share.used)
-            std::ranges::fill(share.tiles.pixels(), Tile{});
-        share.used = true;
-        return share;
-    };
+    const auto clear = [](Share &share) { std::ranges::fill(share.tiles.pixels(), Tile{}); };
+    shares_.begin();
     pool_.run_strips(landing_.height(), [&](int first, int end, int worker) {
-        Share &share = use(worker);
+        Share &share = shares_.use(worker, clear);
         for (int y = first; y < end; ++y) {
             find_ranges(by, margin_px, y, share.ranges);
             put_row_on_tiles(by.surface.pieces(), y, share);
         }
     });
-    use(0);
-    for (const Share &other : std::span(shares_).subspan(1))
-        if (other.used)
-            for (std::size_t i = 0; i < other.tiles.pixels().size(); ++i)
-                add(other.tiles.pixels()[i], tiles().pixels()[i]);
+    const std::span all = shares_.use(0, clear).tiles.pixels();
+    shares_.for_each_other([&](const Share &other) {
+        for (std::size_t i = 0; i < all.size(); ++i)
+            add(other.tiles.pixels()[i], all[i]);
+    });
 }
 
 void TileMapping::find_ranges(const Mapping &by, float margin_px, int row,

@@ -3,6 +3,7 @@
 
 #include "core/base/image.hpp"
 #include "core/base/worker_pool.hpp"
+#include "core/base/worker_shares.hpp"
 #include "core/keyframe/depth_surface.hpp"
 #include "core/keyframe/surface_projection.hpp"
 
@@ -86,11 +87,10 @@ private:
         std::int16_t x = 0, y = 0;       ///< the nearest piece
         float nearest = 0, farthest = 0; ///< depths on the surface, metres
     };
-    /// What some rows of pieces are seen on; each worker has its own.
+    /// What some rows of pieces are seen on.
     struct Share {
         Image<Tile> tiles;
         std::vector<TileRange> ranges; ///< on which each piece of a row may be seen
-        bool used = false;             ///< in this run
     };
     /// What a surface is mapped with.
     struct Mapping {
@@ -99,8 +99,8 @@ private:
         const DepthCorrection &correction;
     };
 
-    Image<Tile> &tiles() { return shares_.front().tiles; }
-    const Image<Tile> &tiles() const { return shares_.front().tiles; }
+    Image<Tile> &tiles() { return shares_.first().tiles; }
+    const Image<Tile> &tiles() const { return shares_.first().tiles; }
     void put_on_tiles(const Mapping &by, float margin_px);
     void find_ranges(const Mapping &by, float margin_px, int row, std::span<TileRange> ranges);
     void put_row_on_tiles(const SurfacePieces &pieces, int row, Share &share) const;
@@ -115,7 +115,7 @@ private:
     Intrinsics from_, to_;
     int least_edge_distance_;
     WorkerPool &pool_;
-    std::vector<Share> shares_;       ///< by worker; in the end all is in the first one's
+    WorkerShares<Share> shares_;      ///< in the end all is in the first
     Image<TileRange> landing_ranges_; ///< on which each piece may be seen, with a margin
     Image<std::uint8_t> landing_;     ///< by piece: whether it is seen in, or around, mixed tiles
     Image<std::optional<MappedCorner>> corners_; ///< of tiles that may be smooth

@@ -29,11 +29,10 @@ Warp::Warp(const Intrinsics &from, const Intrinsics &to, const WarpOptions &opti
            WorkerPool &pool)
     : from_(from), to_(to), options_(options), pool_(pool),
       tiles_(from, to, options.least_edge_distance_px, pool),
-      scattered_(static_cast<std::size_t>(pool.size()),
-                 {Image<WarpedPixel>(to.width + 2 * margin(), to.height + 2 * margin())}) {}
+      nearest_(pool, Image<WarpedPixel>(to.width + 2 * margin(), to.height + 2 * margin())) {}
 
 ImageView<const WarpedPixel> Warp::landed() const {
-    const Image<WarpedPixel> &nearest = scattered_.front().nearest;
+    const Image<WarpedPixel> &nearest = nearest_.first();
     return {nearest.row(margin()) + margin(), to_.width, to_.height, nearest.width()};
 }
 
@@ -53,39 +52,23 @@ int Warp::run(const DepthSurface &surface, const Pose &pose, ImageView<std::uint
     return drawn;
 }
 
-/// Each worker has a map of its own, so that no two write to one pixel.
 void Warp::scatter(const DepthSurface &surface, const SurfaceProjection &projection) {
-    for (Scattered &scattered : scattered_)
-        scattered.used = false;
-    const auto use = [&](int worker) -> Image<WarpedPixel> & {
-        Scattered &scattered = scattered_[static_cast<std::size_t>(worker)];
-        if (!scattered.used)
-            std::ranges::fill(scattered.nearest.pixels(), nothing_landed);
-        scattered.used = true;
-        return scattered.nearest;
+    const auto clear = [](Image<WarpedPixel> &nearest) {
+        std::ranges::fill(nearest.pixels(), nothing_landed);
     };
+    nearest_.begin();
     pool_.run_strips(from_.height, [&](int first, int end, int worker) {
-        scatter_rows(surface, projection, first, end, use(worker));
+        scatter_rows(surface, projection, first, end, nearest_.use(worker, clear));
     });
-    use(0);
-    keep_nearest_of_all();
-}
-
-void Warp::keep_nearest_of_all() {
-    const std::span others = std::span(scattered_).subspan(1);
-    if (std::ranges::none_of(others, &Scattered::used))
-        return;
-    Image<WarpedPixel> &all = scattered_.front().nearest;
+    Image<WarpedPixel> &all = nearest_.use(0, clear);
     pool_.run_strips(all.height(), [&](int first, int end) {
-        const int count = (end - first) * all.width();
-        for (const Scattered &other : others) {
-            if (!other.used)
-                continue;
-            const WarpedPixel *const in = other.nearest.row(first);
+        nearest_.for_each_other([&](const Image<WarpedPixel> &other) {
+            const WarpedPixel *const in = other.row(first);
             WarpedPixel *const out = all.row(first);
+            const int count = (end - first) * all.width();
             for (int i = 0; i < count; ++i) // the compiler makes vector code of it
                 out[i] = std::min(out[i], in[i]);
-        }
+        });
     });
 }
 

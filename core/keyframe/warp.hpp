@@ -4,13 +4,13 @@
 #include "core/base/camera.hpp"
 #include "core/base/rigid_motion.hpp"
 #include "core/base/worker_pool.hpp"
+#include "core/base/worker_shares.hpp"
 #include "core/keyframe/depth_surface.hpp"
 #include "core/keyframe/surface_projection.hpp"
 #include "core/keyframe/tile_mapping.hpp"
 #include "core/keyframe/warp_kernels.hpp"
 
 #include <cstdint>
-#include <vector>
 
 namespace afterglow {
 
@@ -58,7 +58,6 @@ private:
     void scatter(const DepthSurface &surface, const SurfaceProjection &projection);
     void scatter_rows(const DepthSurface &surface, const SurfaceProjection &projection,
                       int first_row, int end_row, Image<WarpedPixel> &nearest) const;
-    void keep_nearest_of_all();
     /// Where and how to draw.
     struct Drawing {
         const DepthSurface &surface;
@@ -75,12 +74,9 @@ private:
     WarpOptions options_;
     WorkerPool &pool_;
     TileMapping tiles_;
-    /// What landed on a map, which has a margin on all sides on which nothing lands.
-    struct Scattered {
-        Image<WarpedPixel> nearest;
-        bool used = false; ///< in this run
-    };
-    std::vector<Scattered> scattered_; ///< by worker; in the end all is in the first one's
+    /// What landed: maps with a margin on all sides on which nothing lands; in the end all is in
+    /// the first.
+    WorkerShares<Image<WarpedPixel>> nearest_;
 };
 
 } // namespace afterglow

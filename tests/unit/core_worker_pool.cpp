@@ -1,14 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/base/worker_pool.hpp"
+#include "core/base/worker_shares.hpp"
 #include "tests/catch.hpp"
 
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <functional>
 #include <mutex>
 #include <set>
 #include <utility>
+#include <vector>
 
 using namespace afterglow;
 
@@ -85,5 +88,23 @@ TEST_CASE("the strips of an image are all of its rows", "[core]") {
             });
             CHECK(std::ranges::count(calls, 1) == rows);
         }
+    }
+}
+
+TEST_CASE("shares of workers are empty at first use in each job, and together have every part",
+          "[core][tsan]") {
+    WorkerPool pool(3);
+    WorkerShares<std::vector<int>> shares(pool, {});
+    const auto clear = [](std::vector<int> &share) { share.clear(); };
+    for (int job = 0; job < 50; ++job) {
+        shares.begin();
+        pool.run(20, [&](int part, int worker) { shares.use(worker, clear).push_back(part); });
+        std::vector<int> all = shares.use(0, clear);
+        shares.for_each_other([&](const std::vector<int> &other) {
+            all.insert(all.end(), other.begin(), other.end());
+        });
+        std::ranges::sort(all);
+        REQUIRE(all.size() == 20);
+        CHECK(std::ranges::adjacent_find(all, std::equal_to<>()) == all.end());
     }
 }
