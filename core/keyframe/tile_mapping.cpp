@@ -97,20 +97,15 @@ void TileMapping::put_row_on_tiles(const SurfacePieces &pieces, int row, Share &
                     tile->content = TileContent::mixed;
                     continue;
                 }
-                if (tile->content == TileContent::nothing || nearest[x] < tile->nearest) {
-                    tile->nearest = nearest[x];
-                    tile->x = static_cast<std::int16_t>(x);
-                    tile->y = static_cast<std::int16_t>(row);
-                }
-                tile->content = TileContent::smooth;
-                tile->farthest = std::max(tile->farthest, farthest[x]);
-                tile->least_edge_distance = std::min(tile->least_edge_distance, edges[x]);
+                add({TileContent::smooth, edges[x], static_cast<std::int16_t>(x),
+                     static_cast<std::int16_t>(row), nearest[x], farthest[x]},
+                    *tile);
             }
     }
 }
 
-/// What is seen on a tile, by one worker's share and by another's. Of equally near pieces the first
-/// counts, whoever had it.
+/// More that is seen on a tile. Of equally near pieces the first counts, in whatever order workers
+/// come to them.
 void TileMapping::add(const Tile &other, Tile &tile) {
     if (other.content == TileContent::nothing || tile.content == TileContent::mixed)
         return;
