@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "eval/report/figures.hpp"
+
 #include "eval/experiments/run_system.hpp"
 #include "eval/experiments/tradeoff.hpp"
 #include "eval/report/paper_figures.hpp"
-#include "eval/report/plot.hpp"
 #include "eval/report/table_makers.hpp"
 
 #include <fmt/format.h>

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "eval/report/html.hpp"
 
-#include "eval/report/html_text.hpp"
-#include "eval/report/page_style.hpp"
-#include "eval/report/plot.hpp"
+#include "eval/report/figures.hpp"
 #include "eval/report/table.hpp"
 #include "tools/picture/depth_colors.hpp"
 #include "tools/picture/error_colors.hpp"
+#include "tools/picture/html_text.hpp"
+#include "tools/picture/page_style.hpp"
 
 #include <fmt/format.h>
 
@@ -20,12 +20,6 @@ namespace {
 
 constexpr std::size_t many_columns = 9; ///< with more, a table is set smaller
 
-std::string heading(const std::string &id, const std::string &title,
-                    const std::string &explanation) {
-    return fmt::format("<h2 id=\"{}\">{}</h2>\n{}", html_text(id), html_text(title),
-                       explanation.empty() ? "" : "<p>" + html_text(explanation) + "</p>\n");
-}
-
 std::string to_html(const Table::Cell &cell) {
     std::string out = "<td>" + html_text(cell.ours);
     if (!cell.theirs.empty())
@@ -36,7 +30,7 @@ std::string to_html(const Table::Cell &cell) {
 
 /// Rows in succession that have one label share its cell.
 std::string to_html(const Table &table) {
-    std::string out = heading(table.id, table.title, table.explanation);
+    std::string out = html_heading(table.id, table.title, table.explanation);
     out += fmt::format("<div class=wide><table{}><thead><tr><th>{}</th>",
                        table.columns.size() > many_columns ? " class=many" : "",
                        html_text(table.corner));
@@ -58,32 +52,6 @@ std::string to_html(const Table &table) {
         out += "</tbody>";
     }
     return out + "</table></div>\n";
-}
-
-std::string to_html(const Figure &figure) {
-    std::string out = heading(figure.id, figure.title, figure.explanation);
-    std::vector<std::pair<std::string, std::string>> legend; // class, name
-    const auto explain = [&](std::string css_class, const std::string &name) {
-        if (std::ranges::find(legend, name, [](const auto &entry) { return entry.second; }) ==
-            legend.end())
-            legend.emplace_back(std::move(css_class), name);
-    };
-    for (const Plot &plot : figure.panels)
-        for (const Plot::Series &series : plot.series)
-            explain(fmt::format("c{}{}", series.color, series.dashed ? " dashed" : ""),
-                    series.name);
-    for (const Bars &bars : figure.bars)
-        for (std::size_t i = 0; i < bars.parts.size(); ++i)
-            explain(fmt::format("c{}", i), bars.parts[i]);
-    out += "<ul class=legend>";
-    for (const auto &[css_class, name] : legend)
-        out += fmt::format("<li class=\"{}\">{}</li>", css_class, html_text(name));
-    out += "</ul>\n<div class=panels>\n";
-    for (const Plot &plot : figure.panels)
-        out += "<div>" + to_svg(plot) + "</div>\n";
-    for (const Bars &bars : figure.bars)
-        out += "<div>" + to_svg(bars) + "</div>\n";
-    return out + "</div>\n";
 }
 
 /// A CSS gradient of the colours at 0, 0.1, ... 1 of a scale.
@@ -111,9 +79,10 @@ std::string color_bar(const Picture &picture) {
 std::string to_html(const std::vector<Picture> &pictures) {
     if (pictures.empty())
         return {};
-    std::string out = heading("pictures", "Depth maps",
-                              "A pixel without depth is black. Depths and errors beyond the ends "
-                              "of a colour bar have the colour of its end.");
+    std::string out =
+        html_heading("pictures", "Depth maps",
+                     "A pixel without depth is black. Depths and errors beyond the ends "
+                     "of a colour bar have the colour of its end.");
     const std::string *group = nullptr;
     for (const Picture &picture : pictures) {
         if (!group || *group != picture.group)
@@ -174,7 +143,7 @@ std::string to_html(const Results &results) {
         out += to_html(tables[i]);
         if (i == 0)
             for (const Figure &figure : figures)
-                out += to_html(figure);
+                out += html_figure(figure);
     }
     out += to_html(results.pictures);
     return out + "</body></html>\n";

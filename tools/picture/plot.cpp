@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "eval/report/plot.hpp"
+#include "tools/picture/plot.hpp"
 
-#include "eval/report/html_text.hpp"
+#include "tools/picture/html_text.hpp"
 
 #include <fmt/format.h>
 
@@ -51,6 +51,8 @@ std::vector<double> ticks(const Plot::Axis &axis) {
     for (const double nice : {5.0, 2.0, 1.0})
         if (nice * power >= span)
             step = nice * power;
+    if (axis.whole)
+        step = std::max(step, 1.0);
     for (double i = std::ceil(axis.min / step); i * step <= axis.max + step / 1e6; ++i)
         all.push_back(i * step);
     return all;

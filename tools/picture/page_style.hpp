@@ -3,7 +3,7 @@
 
 namespace afterglow {
 
-/// The style sheet of the report's page.
+/// The style sheet of pages with tables, plots and pictures.
 inline constexpr const char *page_style = R"(
 :root { color-scheme: light dark; --ink: #1c2024; --soft: #5f6872; --paper: #fff; --line: #dfe3e7;
   --stripe: #f6f7f8; --theirs: #8a4b08;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "eval/experiments/results.hpp"
-
 #include <string>
 #include <utility>
 #include <vector>
@@ -25,6 +23,7 @@ struct Plot {
         std::string label;
         double min = 0, max = 1;
         bool logarithmic = false; ///< then `min` is above 0
+        bool whole = false;       ///< only whole numbers stand at a linear axis
     };
 
     std::string title;
@@ -44,22 +43,10 @@ struct Bars {
     std::vector<Bar> bars;
 };
 
-/// Plots that belong together and have one legend.
-struct Figure {
-    std::string id;
-    std::string title;
-    std::string explanation;
-    std::vector<Plot> panels{};
-    std::vector<Bars> bars{};
-};
-
 inline constexpr int plot_colors = 14;
 
 /// Points outside the axes are drawn at their edge, hollow.
 std::string to_svg(const Plot &plot);
 std::string to_svg(const Bars &bars);
-
-/// All figures for which there are results.
-std::vector<Figure> make_figures(const Results &results);
 
 } // namespace afterglow
