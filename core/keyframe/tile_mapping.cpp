@@ -4,7 +4,7 @@
 #include <Eigen/LU>
 
 #include <algorithm>
-#include <tuple>
+#include <bit>
 
 namespace afterglow {
 namespace {
@@ -19,6 +19,22 @@ constexpr float corner_tolerance_px = 0.03f;
 
 constexpr int whole_tiles(int pixels, int size) {
     return (pixels + size - 1) / size;
+}
+
+/// A piece as a number that is the less the nearer it is, of equally near ones the earlier: the
+/// bits of its depth, which is not negative, its row and its column.
+constexpr std::uint64_t nearest_piece(float depth, int x, int y) {
+    return std::uint64_t{std::bit_cast<std::uint32_t>(depth)} << 32 |
+           static_cast<std::uint64_t>(y) << 16 | static_cast<std::uint64_t>(x);
+}
+constexpr float depth_of(std::uint64_t piece) {
+    return std::bit_cast<float>(static_cast<std::uint32_t>(piece >> 32));
+}
+constexpr int row_of(std::uint64_t piece) {
+    return static_cast<int>(piece >> 16 & 0xffff);
+}
+constexpr int column_of(std::uint64_t piece) {
+    return static_cast<int>(piece & 0xffff);
 }
 
 /// The column, or row, in the middle of a piece.
@@ -85,41 +101,30 @@ void TileMapping::put_row_on_tiles(const SurfacePieces &pieces, int row, Share &
     const std::uint8_t *const edges = pieces.edge_distance().row(row);
     const float *const nearest = pieces.nearest().row(row);
     const float *const farthest = pieces.farthest().row(row);
+    const TileRange *const ranges = share.ranges.data();
+    const ImageView<Tile> tiles = share.tiles;
     const int least_edge_distance = least_edge_distance_;
     const int count = landing_.width();
     for (int x = 0; x < count; ++x) {
-        const TileRange range = share.ranges[static_cast<std::size_t>(x)];
+        const TileRange range = ranges[x];
         const bool smooth = edges[x] >= least_edge_distance;
-        for (int ty = range.top; ty <= range.bottom; ++ty)
-            for (Tile *tile = share.tiles.row(ty) + range.left;
-                 tile <= share.tiles.row(ty) + range.right; ++tile) {
-                if (!smooth || tile->content == TileContent::mixed) {
-                    tile->content = TileContent::mixed;
-                    continue;
-                }
-                add({TileContent::smooth, edges[x], static_cast<std::int16_t>(x),
-                     static_cast<std::int16_t>(row), nearest[x], farthest[x]},
-                    *tile);
-            }
+        const Tile seen = {smooth ? TileContent::smooth : TileContent::mixed, edges[x], farthest[x],
+                           nearest_piece(nearest[x], x, row)};
+        for (int ty = range.top; ty <= range.bottom; ++ty) {
+            Tile *const of_row = tiles.row(ty);
+            for (int tx = range.left; tx <= range.right; ++tx)
+                if (of_row[tx].content != TileContent::mixed) // which it stays
+                    add(seen, of_row[tx]);
+        }
     }
 }
 
-/// More that is seen on a tile. Of equally near pieces the first counts, in whatever order workers
-/// come to them.
+/// More that is seen on a tile, in whatever order workers come to it.
 void TileMapping::add(const Tile &other, Tile &tile) {
-    if (other.content == TileContent::nothing || tile.content == TileContent::mixed)
-        return;
-    if (tile.content == TileContent::nothing || other.content == TileContent::mixed) {
-        tile = other;
-        return;
-    }
-    if (std::tie(other.nearest, other.y, other.x) < std::tie(tile.nearest, tile.y, tile.x)) {
-        tile.nearest = other.nearest;
-        tile.x = other.x;
-        tile.y = other.y;
-    }
-    tile.farthest = std::max(tile.farthest, other.farthest);
+    tile.content = std::max(tile.content, other.content);
     tile.least_edge_distance = std::min(tile.least_edge_distance, other.least_edge_distance);
+    tile.farthest = std::max(tile.farthest, other.farthest);
+    tile.nearest = std::min(tile.nearest, other.nearest);
 }
 
 /// Tiles that are no smooth part of a surface, though its pieces are smooth, are mixed.
@@ -143,7 +148,8 @@ void TileMapping::check_smooth(const Mapping &by) {
 bool TileMapping::may_be_smooth(int x, int y) const {
     const Tile &tile = tiles()(x, y);
     return tile.content == TileContent::smooth && (x + 1) * tile_px <= to_.width &&
-           (y + 1) * tile_px <= to_.height && tile.farthest <= alike_depths * tile.nearest;
+           (y + 1) * tile_px <= to_.height &&
+           tile.farthest <= alike_depths * depth_of(tile.nearest);
 }
 
 /// From the first of its tiles that may be smooth.
@@ -164,9 +170,9 @@ std::optional<MappedCorner> TileMapping::find_corner(int x, int y, const Tile &t
     const float right = static_cast<float>(from_.width - 1);
     const float bottom = static_cast<float>(from_.height - 1);
     const Eigen::Vector2f at{static_cast<float>(x * tile_px), static_cast<float>(y * tile_px)};
-    const Eigen::Vector2f middle{centre(tile.x), centre(tile.y)};
+    const Eigen::Vector2f middle{centre(column_of(tile.nearest)), centre(row_of(tile.nearest))};
     Eigen::Vector2f place =
-        at + middle - by.projection(middle.x(), middle.y(), tile.nearest).head<2>();
+        at + middle - by.projection(middle.x(), middle.y(), depth_of(tile.nearest)).head<2>();
     float z = 0;
     for (int i = 0; i < steps; ++i) {
         if (!(place.x() >= 0 && place.y() >= 0 && place.x() <= right && place.y() <= bottom))

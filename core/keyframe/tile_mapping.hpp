@@ -17,7 +17,7 @@
 
 namespace afterglow {
 
-/// What is to be seen on a tile of a view.
+/// What is to be seen on a tile of a view; of two findings the greater counts.
 enum class TileContent : std::uint8_t {
     nothing, ///< no point of the surface
     smooth,  ///< one surface without edges or holes, whose points change slowly across the tile
@@ -84,8 +84,8 @@ private:
     struct Tile {
         TileContent content = TileContent::nothing;
         std::uint8_t least_edge_distance = 255;
-        std::int16_t x = 0, y = 0;       ///< the nearest piece
-        float nearest = 0, farthest = 0; ///< depths on the surface, metres
+        float farthest = 0;            ///< depth on the surface, metres
+        std::uint64_t nearest = ~0ULL; ///< piece, as of nearest_piece()
     };
     /// What some rows of pieces are seen on.
     struct Share {
