@@ -185,21 +185,13 @@ void DirectAlignment::sum_up_part(const TemplatePoints &points, int begin, int e
 
 bool DirectAlignment::refine(const AlignmentTemplate &reference, const Pyramid &image,
                              const PosePrior &prior, int coarsest, int finest, Placement &at) {
-    Sums sums;
-    bool settled = false;
-    return refine(reference, image, prior, coarsest, finest, at, sums, settled);
-}
-
-bool DirectAlignment::refine(const AlignmentTemplate &reference, const Pyramid &image,
-                             const PosePrior &prior, int coarsest, int finest, Placement &at,
-                             Sums &sums, bool &settled) {
     Placement found = at;
+    Sums sums;
     for (int level = coarsest; level >= finest; --level) {
         const int all = reference.points(level).count;
         const float enough = level > finest ? coarse_step : last_step;
         float scale = 8.0f; // generous until the residuals have shown their own
-        settled = false;
-        for (int i = 0; i < options_.iterations_per_level && !settled; ++i) {
+        for (int i = 0; i < options_.iterations_per_level; ++i) {
             look_up(reference, image, level, found);
             if (i == 0) {
                 sum_up(reference, level, found, scale, Wanted::scale, sums);
@@ -235,8 +227,9 @@ bool DirectAlignment::refine(const AlignmentTemplate &reference, const Pyramid &
             const float gain = found.gain + gain_unit * x[at_gain];
             found.offset += x[at_offset] - gain_unit * middle_grey * x[at_gain];
             found.gain = std::clamp(gain, lowest_gain, highest_gain);
-            // The step's square in standard deviations, as describe() has them.
-            settled = x.dot(g) < enough * enough * stiffness;
+            // The step's square in standard deviations, as judge() has them.
+            if (x.dot(g) < enough * enough * stiffness)
+                break;
         }
     }
     at = found;
@@ -248,53 +241,43 @@ Alignment DirectAlignment::align(const AlignmentTemplate &reference, const Pyram
                                  int finest) {
     Alignment result;
     static_cast<Placement &>(result) = start;
-    Sums sums;
-    bool settled = false;
-    if (!refine(reference, image, prior, coarsest, finest, result, sums, settled))
-        return result;
-    return settled ? describe(reference, finest, result, sums, prior)
-                   : judge(reference, image, result, finest, prior);
+    if (refine(reference, image, prior, coarsest, finest, result))
+        result = judge(reference, image, result, finest, prior);
+    return result;
 }
 
 Alignment DirectAlignment::judge(const AlignmentTemplate &reference, const Pyramid &image,
                                  const Placement &start, int level, const PosePrior &prior) {
-    Placement at;
+    Alignment at;
     at.pose = start.pose;
     at.skew = start.skew;
     Sums sums;
     float scale = 8.0f;
     look_up(reference, image, level, at);
-    for (int i = 0; i < 2; ++i) {
-        sum_up(reference, level, at, scale, Wanted::brightness, sums);
+    for (int i = 0; i < 3; ++i) {
+        const bool last = i == 2;
+        sum_up(reference, level, at, scale, last ? Wanted::all : Wanted::brightness, sums);
+        if (sums.visible < options_.least_points)
+            return at;
         scale = sums.scale();
+        if (last)
+            break;
         Eigen::Matrix2f H = sums.normal_matrix().bottomRightCorner<2, 2>();
         H(0, 0) += 1e-3f;
         H(1, 1) += 1e-3f;
         const Eigen::Vector2f x = H.ldlt().solve(sums.right_side().tail<2>());
         if (!x.allFinite())
-            break;
+            return at;
         at.offset += x[1] - gain_unit * middle_grey * x[0];
         at.gain = std::clamp(at.gain + gain_unit * x[0], lowest_gain, highest_gain);
     }
-    sum_up(reference, level, at, scale, Wanted::all, sums);
-    return describe(reference, level, at, sums, prior);
-}
-
-Alignment DirectAlignment::describe(const AlignmentTemplate &reference, int level,
-                                    const Placement &placement, const Sums &sums,
-                                    const PosePrior &prior) const {
-    Alignment at;
-    static_cast<Placement &>(at) = placement;
-    if (sums.visible < options_.least_points)
-        return at;
     const float visible = static_cast<float>(sums.visible);
     at.points = sums.visible;
-    at.residual_scale = sums.scale();
+    at.residual_scale = scale;
     at.cost = sums.fixed_cost();
     at.inlier_share = static_cast<float>(sums.inliers()) / visible;
     at.visible_share = visible / static_cast<float>(reference.points(level).count);
-    Matrix H = sums.normal_matrix() *
-               (options_.independent_share / (at.residual_scale * at.residual_scale));
+    Matrix H = sums.normal_matrix() * (options_.independent_share / (scale * scale));
     H.topLeftCorner<6, 6>() += prior.information;
     for (int k = 0; k < 3; ++k)
         H(at_skew + k, at_skew + k) += 1.0f / (prior.skew_rad * prior.skew_rad + 1e-10f);

@@ -77,8 +77,8 @@ public:
     Alignment judge(const AlignmentTemplate &reference, const Pyramid &image,
                     const Placement &start, int level, const PosePrior &prior = {});
 
-    /// refine() from `start`, and what the residuals there tell. Where refine() fails the result is
-    /// not good and is placed as `start`.
+    /// refine() from `start`, then judge(). Where refine() fails the result is not good and is
+    /// placed as `start`.
     Alignment align(const AlignmentTemplate &reference, const Pyramid &image,
                     const Placement &start, const PosePrior &prior, int coarsest, int finest);
 
@@ -104,13 +104,6 @@ private:
                 Wanted wanted, Sums &sums);
     void sum_up_part(const TemplatePoints &points, int first, int end, const Placement &at,
                      const ResidualScale &expected, Wanted wanted, Part &part) const;
-    /// `settled`: the last step was so short that `sums`, of the residuals before it, are those of
-    /// `at`, too.
-    bool refine(const AlignmentTemplate &reference, const Pyramid &image, const PosePrior &prior,
-                int coarsest, int finest, Placement &at, Sums &sums, bool &settled);
-    /// What the residuals of a level at `placement` tell. Not good, if too few points are in view.
-    Alignment describe(const AlignmentTemplate &reference, int level, const Placement &placement,
-                       const Sums &sums, const PosePrior &prior) const;
 
     AlignmentOptions options_;
     WorkerPool &pool_;
