@@ -51,7 +51,8 @@ bool holds(const std::string &page, const std::string &text) {
 
 } // namespace
 
-TEST_CASE("the history shows medians as shares of what OpenCV took in the same file", "[bench]") {
+TEST_CASE("the page of speed over time shows medians as shares of OpenCV's in the same file",
+          "[bench]") {
     const Files files;
     const auto page = bench::history_page(
         {files.add("one.json",
@@ -67,7 +68,8 @@ TEST_CASE("the history shows medians as shares of what OpenCV took in the same f
     CHECK_FALSE(holds(*page, "Instructions"));
 }
 
-TEST_CASE("the history shows instructions, and their aims where there are any", "[bench]") {
+TEST_CASE("the page of speed over time shows instructions, and their aims where there are any",
+          "[bench]") {
     const Files files;
     const auto page = bench::history_page(
         {files.add("one.json", "[" + count(38.2e6) + "]"),
@@ -84,7 +86,8 @@ TEST_CASE("the history shows instructions, and their aims where there are any", 
     CHECK_FALSE(holds(*of_paper, "aim of"));
 }
 
-TEST_CASE("the history numbers files of times and of counts apart", "[bench]") {
+TEST_CASE("the page of speed over time numbers files of times and of instructions apart",
+          "[bench]") {
     const Files files;
     const auto page = bench::history_page(
         {files.add("count.json", "[" + count(1e6) + "]"),
@@ -94,7 +97,8 @@ TEST_CASE("the history numbers files of times and of counts apart", "[bench]") {
     CHECK(holds(*page, "mean: 1, 1<"));
 }
 
-TEST_CASE("the history refuses files that tell no times or counts", "[bench]") {
+TEST_CASE("the page of speed over time refuses files without times or instruction counts",
+          "[bench]") {
     const Files files;
     const char *const neither =
         "file.json is neither what ./dev bench --json nor ./dev bench arm --json writes";
@@ -107,6 +111,10 @@ TEST_CASE("the history refuses files that tell no times or counts", "[bench]") {
                               R"({"run_name": "a", "cpu_time": 1, "time_unit": "ms"})"})
         CHECK(files.error(benchmarks(reference + "," + entry)) ==
               "file.json has a benchmark without name or time in us");
+    CHECK(files.error(benchmarks(reference)) == "file.json has no benchmark of afterglow");
+    CHECK(files.error(benchmarks(reference + "," + benchmark("warp", 0))) ==
+          "file.json has a benchmark without name or time in us");
+    CHECK(files.error("[]") == "file.json has no counts");
     for (const char *content : {"[7]", "[{}]", R"([{"sequence": 7}])"})
         CHECK(files.error(content) == "file.json has a count without sequence, preset or target");
     CHECK(files.error(R"([{"sequence": "desk", "preset": "p", "target": "t"}])") ==

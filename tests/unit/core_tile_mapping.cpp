@@ -26,7 +26,7 @@ std::vector<float> corners(const TileMapping &tiles) {
 
 } // namespace
 
-TEST_CASE("tiles on which all is as near are mapped the same whichever worker comes first",
+TEST_CASE("the tiles of a wall straight ahead are mapped alike whichever worker is first",
           "[core][tsan]") {
     WorkerPool alone(1);
     SurfaceOptions as_measured;

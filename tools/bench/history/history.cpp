@@ -30,12 +30,11 @@ constexpr const char *warp_name = "warp", *warp_reference = "limit/memcpy";
 /// Values by the place of their file among those of its kind, 1, 2, ...
 using Points = std::vector<std::pair<double, double>>;
 
-/// What the instructions of afterglow-count are called and coloured, and what `default` aims at on
-/// a Cortex-A7, millions.
+/// One of the numbers of instructions that afterglow-count tells of a run.
 struct Count {
-    const char *key;
-    const char *name;
-    double aim;
+    const char *key;  ///< in its JSON
+    const char *name; ///< on the page
+    double aim;       ///< of preset default on a Cortex-A7, millions
 };
 constexpr Count counts[] = {{"instructions_mean", "mean", 14},
                             {"instructions_max", "worst frame", 60},
@@ -43,10 +42,11 @@ constexpr Count counts[] = {{"instructions_mean", "mean", 14},
 
 struct History {
     std::vector<std::string> time_files, count_files;
-    std::map<std::string, Points> frame_shares;         ///< of frame_reference
-    Points warp_ratios;                                 ///< to warp_reference
-    std::map<std::string, std::map<int, Points>> steps; ///< by run, and by place in `counts`
-    std::map<std::string, bool> has_aims;               ///< by run
+    std::map<std::string, Points> frame_shares; ///< time by benchmark / that of frame_reference
+    Points warp_ratios;                         ///< time of a warp / that of warp_reference
+    /// Millions of instructions by run (sequence, preset and target) and by place in `counts`.
+    std::map<std::string, std::map<int, Points>> millions;
+    std::map<std::string, bool> has_aims; ///< by run
 };
 
 /// Empty where there is no text.
@@ -61,23 +61,26 @@ double number_of(const json &object, const char *key) {
     return found != object.end() && found->is_number() ? found->get<double>() : std::nan("");
 }
 
+/// A benchmark of afterglow, not of what it is compared with.
 bool is_own(std::string_view benchmark) {
     return !benchmark.starts_with("opencv/") && !benchmark.starts_with("limit/");
 }
 
-/// Median CPU time of each benchmark; the only one, if it was not repeated.
+/// Median CPU time of each benchmark, us; the only one, if it was not repeated.
 Result<std::map<std::string, double>> times_of(const std::string &file, const json &benchmarks) {
     std::map<std::string, double> times, medians;
     for (const json &entry : benchmarks) {
         const std::string name = text_of(entry, "run_name");
         const double time = number_of(entry, "cpu_time");
-        if (name.empty() || !(time >= 0) || text_of(entry, "time_unit") != "us")
+        if (name.empty() || !(time > 0) || text_of(entry, "time_unit") != "us")
             return Error{file + " has a benchmark without name or time in us", EINVAL};
         (text_of(entry, "aggregate_name") == "median" ? medians : times)[name] = time;
     }
     medians.merge(times);
-    if (!(medians[frame_reference] > 0))
+    if (!medians.contains(frame_reference))
         return Error{fmt::format("{} has no {} to compare with", file, frame_reference), EINVAL};
+    if (std::ranges::none_of(medians, is_own, [](const auto &entry) { return entry.first; }))
+        return Error{file + " has no benchmark of afterglow", EINVAL};
     return medians;
 }
 
@@ -91,12 +94,14 @@ Status add_times(const std::string &file, const json &benchmarks, History &histo
         if (is_own(name))
             history.frame_shares[name].emplace_back(place, time / times->at(frame_reference));
     const auto warp = times->find(warp_name), copy = times->find(warp_reference);
-    if (warp != times->end() && copy != times->end() && copy->second > 0)
+    if (warp != times->end() && copy != times->end())
         history.warp_ratios.emplace_back(place, warp->second / copy->second);
     return ok();
 }
 
 Status add_counts(const std::string &file, const json &runs, History &history) {
+    if (runs.empty())
+        return Error{file + " has no counts", EINVAL};
     history.count_files.push_back(file);
     const auto place = static_cast<double>(history.count_files.size());
     for (const json &run : runs) {
@@ -109,7 +114,7 @@ Status add_counts(const std::string &file, const json &runs, History &history) {
             const double value = number_of(run, count.key);
             if (!(value > 0))
                 return Error{fmt::format("{} has no {} of {}", file, count.key, name), EINVAL};
-            history.steps[name][i++].emplace_back(place, value / 1e6);
+            history.millions[name][i++].emplace_back(place, value / 1e6);
         }
         history.has_aims[name] = preset == "default" && target == "armv7";
     }
@@ -129,16 +134,16 @@ Status add(const std::string &file, History &history) {
                  EINVAL};
 }
 
-/// With an axis that has room for all series, of which there is one at least.
+/// A plot over the files whose y axis has room for all points; there is one at least, and all are
+/// above 0.
 Plot plot_of(std::string title, std::string label, std::size_t files,
              std::vector<Plot::Series> series) {
     double least = 1e300, most = 0;
     for (const Plot::Series &one : series)
-        for (const auto &[place, value] : one.points)
-            if (value > 0) {
-                least = std::min(least, value);
-                most = std::max(most, value);
-            }
+        for (const auto &[place, value] : one.points) {
+            least = std::min(least, value);
+            most = std::max(most, value);
+        }
     // To 1, 2 or 5 times a power of ten.
     const auto rounded_down = [](double value) {
         const double power = std::pow(10, std::floor(std::log10(value)));
@@ -169,8 +174,9 @@ Figure time_figure(const History &history) {
     const std::size_t files = history.time_files.size();
     Figure figure{.id = "times",
                   .title = "Times",
-                  .explanation = "CPU time of one thread, median, as a multiple of what another "
-                                 "program took in the same run."};
+                  .explanation = fmt::format("CPU time of one thread, median of the repetitions, "
+                                             "divided by that of {}, and of {}, in the same file.",
+                                             frame_reference, warp_reference)};
     std::vector<Plot::Series> series;
     for (int color = 0; const auto &[name, points] : history.frame_shares) {
         series.push_back({.name = name, .color = color % plot_colors, .points = points});
@@ -178,14 +184,13 @@ Figure time_figure(const History &history) {
             series.push_back(aim("aim of frame/default", color % plot_colors, 0.2, files));
         ++color;
     }
-    if (!series.empty())
-        figure.panels.push_back(plot_of(fmt::format("Beside {}", frame_reference),
-                                        "share, log scale", files, std::move(series)));
+    figure.panels.push_back(plot_of(fmt::format("Beside {}", frame_reference),
+                                    "share of its time, log scale", files, std::move(series)));
     if (!history.warp_ratios.empty())
-        figure.panels.push_back(
-            plot_of(fmt::format("Beside {}", warp_reference), "multiple, log scale", files,
-                    {{.name = warp_name, .color = 4, .points = history.warp_ratios},
-                     aim("aim of warp", 4, 3, files)}));
+        figure.panels.push_back(plot_of(
+            fmt::format("Beside {}", warp_reference), "multiple of its time, log scale", files,
+            {{.name = warp_name, .color = 4, .points = history.warp_ratios},
+             aim("aim of warp", 4, 3, files)}));
     return figure;
 }
 
@@ -194,9 +199,9 @@ Figure count_figure(const History &history) {
     Figure figure{.id = "instructions",
                   .title = "Instructions",
                   .explanation = "Millions of instructions for a frame, counted by an emulator."};
-    for (const auto &[run, steps] : history.steps) {
+    for (const auto &[run, of_run] : history.millions) {
         std::vector<Plot::Series> series;
-        for (const auto &[i, points] : steps) {
+        for (const auto &[i, points] : of_run) {
             series.push_back({.name = counts[i].name, .color = i, .points = points});
             if (history.has_aims.at(run))
                 series.push_back(
