@@ -97,6 +97,9 @@ void add_keyframe(ParameterTable &table, KeyframeOptions &k, std::string &sensor
     table.add("surface.smooth_radius_px", &k.surface.smooth_radius_px, {0, 8, "pixels"},
               "Half the window of the edge-preserving smoothing; raise it for a noisy sensor, 0 "
               "leaves maps as they are.");
+    table.add("surface.crack_px", &k.surface.crack_px, {0, widest_crack_px, "pixels"},
+              "Widest crack of a surface that is filled; lower it to publish only depth that was "
+              "measured, 0 fills none.");
     table.section("template", "Preset default: which points of a keyframe images are aligned with.",
                   method);
     table.add(
@@ -134,9 +137,6 @@ void add_keyframe(ParameterTable &table, KeyframeOptions &k, std::string &sensor
     table.add("warp.least_edge_distance_px", &k.warp.least_edge_distance_px, {1, 7, "pixels"},
               "Readings nearer to a depth edge are left out; raise it when wrong depth surrounds "
               "objects, 1 keeps all for more coverage.");
-    table.add("warp.crack_px", &k.warp.crack_px, {0, 2, "pixels"},
-              "Widest crack that is filled; lower it to publish only depth that was measured, 0 "
-              "fills none.");
     table.section("compose", "Preset default: several measured maps make one.", method);
     table.add("compose.keyframes", &k.compose.keyframes, {1, 16, "maps"},
               "Measured maps that are kept; raise it where the camera returns to what it has seen, "

@@ -24,7 +24,7 @@ const std::vector<Variant> &ablation_variants() {
         {"three maps a frame",
          {"compose.maps_per_frame=3"},
          "earlier maps are warped into what the last one leaves empty"},
-        {"no crack filling", {"warp.crack_px=0"}, "holes that a warp tears stay open"},
+        {"no crack filling", {"surface.crack_px=0"}, "holes that a warp tears stay open"},
         {"edges carried",
          {"warp.least_edge_distance_px=1"},
          "readings on depth edges are carried as well"},

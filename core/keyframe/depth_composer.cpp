@@ -5,7 +5,6 @@
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <cstring>
 #include <functional>
 #include <numeric>
 
@@ -21,17 +20,6 @@ constexpr float same_place_px = 0.1f, same_depth = 0.0005f;
 
 /// Confidences of a cell are made anew when its local error has changed by this factor.
 constexpr float noticed_growth = 1.1f;
-
-/// Length of DepthComposer's bins of depth.
-constexpr float depth_bin_m = 0.1f;
-constexpr std::uint16_t bin_mm = 100;
-
-/// Of a pixel's class and depth.
-constexpr std::uint16_t place_in_table(std::uint8_t of, std::uint16_t millimetres) {
-    constexpr std::uint16_t last = DepthComposer::depth_bins - 1;
-    const auto bin = std::min<std::uint16_t>(millimetres / bin_mm, last);
-    return static_cast<std::uint16_t>(of * DepthComposer::depth_bins + bin);
-}
 
 } // namespace
 
@@ -168,7 +156,7 @@ void DepthComposer::fill_in() {
             if (depth[u] != 0 || further[u] == 0)
                 continue;
             depth[u] = further[u];
-            of[u] = static_cast<std::uint8_t>(edge[u] | layer_count_ << layer_shift);
+            of[u] = static_cast<std::uint8_t>(edge[u] | layer_count_ * class_layer);
             ++covered_;
         }
     }
@@ -179,12 +167,14 @@ DepthComposer::ConfidenceTable DepthComposer::confidences(float error_scale) con
     for (int l = 0; l < layer_count_; ++l)
         for (int d = 1; d <= DepthSurface::far_from_edge; ++d) {
             const Layer &layer = layers_[static_cast<std::size_t>(l)];
-            std::uint8_t *of_depth = table.data() + (l << layer_shift | d) * depth_bins;
-            for (int b = 0; b < depth_bins; ++b)
-                of_depth[b] = estimated_confidence(
-                    layer.error.misplaced +
-                    error_scale * pixel_error(layer.error, layer.noise, options_.error.shared_noise,
-                                              (static_cast<float>(b) + 0.5f) * depth_bin_m, d));
+            for (int bin = 0; bin < depth_bins; ++bin) {
+                const float z = (static_cast<float>(bin) + 0.5f) * 0.001f * depth_bin_mm;
+                table[static_cast<std::size_t>(place_in_table(l * class_layer + d, bin))] =
+                    estimated_confidence(layer.error.misplaced +
+                                         error_scale * pixel_error(layer.error, layer.noise,
+                                                                   options_.error.shared_noise, z,
+                                                                   d));
+            }
         }
     return table;
 }
@@ -229,53 +219,42 @@ bool DepthComposer::find_doubts(const Doubts &doubts) {
 }
 
 std::uint32_t DepthComposer::judge_cell(int x, int y, const ConfidenceTable &table) {
-    constexpr int cell = MotionMask::cell_px, run = 16;
-    constexpr std::uint64_t all_alike = 0x0101010101010101;
-    const std::uint8_t most = cells_(x, y).most;
-    const float local = cells_(x, y).local;
-    std::array<std::uint8_t, 256> lowered{}; // 0: not yet worked out
-    const auto lower = [&](std::uint8_t confidence) {
-        std::uint8_t &found = lowered[confidence];
-        if (found == 0 && confidence != no_confidence) {
-            found = std::min(confidence, most);
-            if (local >= confidence_step)
-                found = estimated_confidence(std::hypot(expected_error(found), local));
-        }
-        return found;
+    constexpr int size = MotionMask::cell_px;
+    const int width = std::min(size, camera_.width - x * size);
+    const int height = std::min(size, camera_.height - y * size);
+    const auto cell_of = [&](auto &image) {
+        return ImageView(image.row(y * size) + x * size, width, height, image.width());
     };
-    std::uint32_t sum = 0;
-    const int end_u = std::min((x + 1) * cell, camera_.width);
-    for (int v = y * cell; v < std::min((y + 1) * cell, camera_.height); ++v) {
-        const std::uint16_t *depth = depth_.row(v);
-        const std::uint8_t *of = classes_.row(v);
-        std::uint8_t *confidence = confidence_.row(v);
-        for (int u = x * cell; u < end_u; u += run) {
-            // Most runs are of one class, and change little in depth.
-            if (u + run <= end_u) {
-                std::uint64_t low = 0, high = 0;
-                std::memcpy(&low, of + u, sizeof low);
-                std::memcpy(&high, of + u + sizeof low, sizeof high);
-                const std::size_t place = place_in_table(of[u], depth[u]);
-                if (low == high && low == all_alike * of[u] &&
-                    place == place_in_table(of[u], depth[u + run - 1])) {
-                    const std::uint8_t c = lower(table[place]);
-                    std::memset(confidence + u, c, run);
-                    sum += run * std::uint32_t{c};
-                    continue;
-                }
+    const auto depth = cell_of(depth_);
+    const Cell &cell = cells_(x, y);
+    const bool lowers = cell.most != measured_confidence || cell.local >= confidence_step;
+    ConfidenceTable lowered;
+    if (lowers)
+        lower(cell, depth_extent(depth), table, lowered);
+    return look_up_confidences({depth, cell_of(classes_)}, (lowers ? lowered : table).data(),
+                               cell_of(confidence_));
+}
+
+/// The part of `table` that the depths of a cell need, with its doubts.
+void DepthComposer::lower(const Cell &cell, const DepthExtent &range, const ConfidenceTable &table,
+                          ConfidenceTable &lowered) const {
+    std::array<std::uint8_t, 256> known{}; // 0: not yet worked out
+    // Runs of pixels look up two bins at least.
+    const int first = std::min(depth_bin(range.nearest), depth_bins - 2);
+    const int last = std::max(depth_bin(range.farthest), first + 1);
+    for (int l = 0; l < layer_count_; ++l) {
+        const auto begin = static_cast<std::size_t>(place_in_table(l * class_layer, first));
+        const auto end = static_cast<std::size_t>(place_in_table(l * class_layer, last + 1));
+        for (std::size_t i = begin; i < end; ++i) {
+            std::uint8_t &found = known[table[i]];
+            if (found == 0 && table[i] != no_confidence) {
+                found = std::min(table[i], cell.most);
+                if (cell.local >= confidence_step)
+                    found = estimated_confidence(std::hypot(expected_error(found), cell.local));
             }
-            std::array<std::uint16_t, run> places;
-            const int count = std::min(run, end_u - u);
-            for (int i = 0; i < count; ++i) // the compiler makes vector code of it
-                places[static_cast<std::size_t>(i)] = place_in_table(of[u + i], depth[u + i]);
-            for (int i = 0; i < count; ++i) {
-                const std::uint8_t c = lower(table[places[static_cast<std::size_t>(i)]]);
-                confidence[u + i] = c;
-                sum += c;
-            }
+            lowered[i] = found;
         }
     }
-    return sum;
 }
 
 ImageView<const ComparedErrors> DepthComposer::compare(DepthView measured) {
@@ -307,20 +286,10 @@ ImageView<const ComparedErrors> DepthComposer::compare(DepthView measured) {
 void DepthComposer::overlay(DepthView measured) {
     layer_count_ = 0;
     for (int v = 0; v < camera_.height; ++v) {
-        const std::uint16_t *in = measured.row(v);
-        std::uint16_t *depth = depth_.row(v);
-        std::uint8_t *confidence = confidence_.row(v);
-        int covered = 0, gained = 0;
-        // Without branches: the compiler makes vector code of it.
-        for (int u = 0; u < camera_.width; ++u) {
-            const bool there = in[u] != 0;
-            covered += static_cast<int>(there && depth[u] == 0);
-            gained += there ? measured_confidence - confidence[u] : 0;
-            depth[u] = there ? in[u] : depth[u];
-            confidence[u] = there ? measured_confidence : confidence[u];
-        }
-        covered_ += covered;
-        confidence_sum_ += static_cast<std::uint64_t>(std::int64_t{gained});
+        const Overlaid row =
+            lay_over(measured.row(v), camera_.width, depth_.row(v), confidence_.row(v));
+        covered_ += row.covered;
+        confidence_sum_ += static_cast<std::uint64_t>(row.gained);
     }
 }
 

@@ -4,6 +4,7 @@
 #include "core/base/image.hpp"
 #include "core/base/worker_pool.hpp"
 #include "core/estimate.hpp"
+#include "core/keyframe/confidence_kernels.hpp"
 #include "core/keyframe/direct_alignment.hpp"
 #include "core/keyframe/expected_error.hpp"
 #include "core/keyframe/keyframe.hpp"
@@ -25,9 +26,6 @@ namespace afterglow {
 /// Allocates when made; the calls are real-time safe.
 class DepthComposer {
 public:
-    /// The confidence of estimated depth is told by bins of depth; the last has what is farther.
-    static constexpr int depth_bins = 128;
-
     DepthComposer(const Views &views, const KeyframeOptions &options, WorkerPool &pool);
 
     /// `now`: world to published camera, when its depth map would be exposed. `alignment`: of the
@@ -71,10 +69,8 @@ public:
 private:
     /// Most maps in one.
     static constexpr int most_layers = 16;
-    /// A pixel's class: the distance of its point from the next depth edge, and in which layer.
-    static constexpr int layer_shift = 3;
-    /// Confidence by class and by bin of depth, class after class; none where there is no depth.
-    using ConfidenceTable = std::array<std::uint8_t, (most_layers << layer_shift) * depth_bins>;
+    /// Confidence by class and by bin of depth, as place_in_table(); none where there is no depth.
+    using ConfidenceTable = std::array<std::uint8_t, most_layers * class_layer * depth_bins>;
     /// Of when, from where and how the first map of the composed one was drawn.
     struct Drawn {
         std::int64_t t_ns = 0; ///< Keyframe's
@@ -101,6 +97,8 @@ private:
                                         const Pose &now, std::span<int, most_layers> picked) const;
     void fill_in();
     ConfidenceTable confidences(float error_scale) const;
+    void lower(const Cell &cell, const DepthExtent &range, const ConfidenceTable &table,
+               ConfidenceTable &lowered) const;
     bool find_doubts(const Doubts &doubts);
     /// Sum of the confidences of a cell's pixels.
     std::uint32_t judge_cell(int x, int y, const ConfidenceTable &table);

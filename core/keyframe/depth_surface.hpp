@@ -4,6 +4,7 @@
 #include "core/base/camera.hpp"
 #include "core/base/image.hpp"
 #include "core/base/worker_pool.hpp"
+#include "core/keyframe/cracks.hpp"
 #include "core/keyframe/self_calibration.hpp"
 #include "core/keyframe/sensor_noise.hpp"
 #include "core/keyframe/surface_kernels.hpp"
@@ -28,16 +29,21 @@ struct SurfaceOptions {
     /// Smooth by windows of half that radius where the surface is bent: wide windows round creases
     /// off. For coarse maps, whose pixels are wide.
     bool keep_creases = false;
+    /// Widest crack that is filled, pixels: 0 to widest_crack_px.
+    int crack_px = widest_crack_px;
 };
 
 /// One measured depth map prepared for being carried to other views: smoothed without crossing
-/// depth edges, every pixel labelled with its distance from the next depth edge or sensor hole.
+/// depth edges, every pixel labelled with its distance from the next depth edge, and cracks filled
+/// where a surface is on both sides.
 ///
 /// Allocates when made; build() is real-time safe.
 class DepthSurface {
 public:
     /// Edge distances are counted up to this many pixels.
     static constexpr int far_from_edge = 7;
+    /// Points on an edge have a distance of 1.
+    static constexpr int beside_edge = 2;
 
     DepthSurface(const Intrinsics &camera, const SurfaceOptions &options);
 
@@ -49,7 +55,7 @@ public:
     /// What the map was built with.
     const DepthCorrection &correction() const { return correction_; }
 
-    /// Metres, 0 = none.
+    /// Metres, 0 = none; in the lowest bits the edge distance (surface_point.hpp).
     ImageView<const float> z() const { return smooth_; }
     /// Pixels to the next depth edge (1 = on it), at most far_from_edge.
     ImageView<const std::uint8_t> edge_distance() const { return distance_; }
@@ -81,6 +87,11 @@ private:
     struct AmplitudeWeights;
     void smooth(int v, int radius, const AmplitudeWeights *weights, float *out) const;
     void keep_creases(const AmplitudeWeights *weights);
+    void add_edge_distances(int v);
+    std::uint8_t *inside_row(int v);
+    void find_inside(int v);
+    void fill_cracks();
+    float crack_depth(int u, int v) const;
     class NarrowWindows;
 
     Intrinsics camera_;
@@ -96,6 +107,7 @@ private:
     std::array<std::vector<std::int16_t>, 2> steps_; ///< of a row and the next
     Image<float> narrow_;     ///< NarrowWindows' differences: of a few rows, metres
     std::vector<float> sums_; ///< of narrow_'s columns
+    std::vector<std::uint8_t> inside_;               ///< of a few rows
     SurfacePieces pieces_;
     float fill_ = 0, variation_ = 0, edge_jump_ = 0, slope_ = 0;
     float jump_sum_ = 0;

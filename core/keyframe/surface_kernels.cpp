@@ -291,6 +291,28 @@ void smooth(const SmoothedRow &in, const SensorNoise &noise, const DepthUnits &u
         smooth_by<0>(in, noise, units, out);
 }
 
+void cracks_of_row(const InsideRows &rows, int count, std::uint8_t *HWY_RESTRICT cracks) {
+    const InsideRows in = rows; // a copy, which nothing written here can change
+    const hn::CappedTag<std::uint8_t, 16> d;
+    for_overlapping_lanes(d, count, [&](auto d8, int i) HWY_ATTR {
+        const auto at = [&](const std::uint8_t *row, int u) HWY_ATTR {
+            return hn::LoadU(d8, row + i + u);
+        };
+        const auto between = [&](auto before2, auto before, auto after, auto after2) HWY_ATTR {
+            return hn::Or(hn::And(before, hn::Or(after, after2)), hn::And(before2, after));
+        };
+        const auto across = between(at(in.row, -2), at(in.row, -1), at(in.row, 1), at(in.row, 2));
+        const auto down =
+            between(at(in.above2, 0), at(in.above, 0), at(in.below, 0), at(in.below2, 0));
+        const auto falling =
+            between(at(in.above2, -2), at(in.above, -1), at(in.below, 1), at(in.below2, 2));
+        const auto rising =
+            between(at(in.above2, 2), at(in.above, 1), at(in.below, -1), at(in.below2, -2));
+        const auto any = hn::Or(hn::Or(across, down), hn::Or(falling, rising));
+        hn::StoreU(hn::AndNot(at(in.row, 0), any), d8, cracks + i);
+    });
+}
+
 } // namespace
 } // namespace afterglow::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -304,6 +326,7 @@ HWY_EXPORT(steps);
 HWY_EXPORT(compare);
 HWY_EXPORT(slopes);
 HWY_EXPORT(grow);
+HWY_EXPORT(cracks_of_row);
 HWY_EXPORT(smooth);
 
 } // namespace
@@ -329,6 +352,10 @@ Slopes find_slopes(const UnitDepth *pixels, const UnitDepth *next, int count, co
 
 void grow_from_row(const std::uint8_t *next, int count, std::uint8_t *values) {
     HWY_DYNAMIC_DISPATCH(grow)(next, count, values);
+}
+
+void find_cracks(const InsideRows &inside, int count, std::uint8_t *cracks) {
+    HWY_DYNAMIC_DISPATCH(cracks_of_row)(inside, count, cracks);
 }
 
 void smooth_row(const SmoothedRow &in, const SensorNoise &noise, const DepthUnits &units,

@@ -79,6 +79,14 @@ Slopes find_slopes(const UnitDepth *pixels, const UnitDepth *next, int count, co
 /// next[i] + 1). Real-time safe.
 void grow_from_row(const std::uint8_t *next, int count, std::uint8_t *values);
 
+/// Five rows, 1 where a pixel is inside a surface; they can be read two pixels beyond either end.
+struct InsideRows {
+    const std::uint8_t *above2, *above, *row, *below, *below2;
+};
+/// Sets `cracks` to 1 where a pixel is not inside a surface, but lies between two that are, one of
+/// them its neighbour and the other at most two pixels away, else to 0. Real-time safe.
+void find_cracks(const InsideRows &inside, int count, std::uint8_t *cracks);
+
 /// Pixels of one row of a map, with at least `radius` rows and columns of the map around them.
 struct SmoothedRow {
     const UnitDepth *z;    ///< the first of them

@@ -14,23 +14,25 @@ namespace afterglow {
 class SurfacePieces {
 public:
     static constexpr int piece_px = 4;
+    static constexpr std::uint8_t has_holes = 8;
 
     SurfacePieces(int width, int height);
 
-    /// `z`: metres, 0 = none; `edge_distance`: pixels.
-    void find(ImageView<const float> z, ImageView<const std::uint8_t> edge_distance);
+    /// `z`: as DepthSurface::z().
+    void find(ImageView<const float> z);
 
     // One pixel for each piece; those at the right and below may have fewer than piece_px^2 pixels.
 
     /// Least and greatest depth, metres; both 0 where a piece has none.
     ImageView<const float> nearest() const { return nearest_; }
     ImageView<const float> farthest() const { return farthest_; }
-    /// Least edge distance, pixels; 0 where a pixel of the piece has no depth.
-    ImageView<const std::uint8_t> edge_distance() const { return edge_distance_; }
+    /// Least edge distance of the pixels that have depth, 0 = none, and has_holes if some
+    /// pixels have none.
+    ImageView<const std::uint8_t> edges() const { return edges_; }
 
 private:
     Image<float> nearest_, farthest_;
-    Image<std::uint8_t> edge_distance_;
+    Image<std::uint8_t> edges_;
 };
 
 } // namespace afterglow

@@ -1,19 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/keyframe/tile_mapping.hpp"
 
+#include "core/keyframe/surface_point.hpp"
+
 #include <Eigen/LU>
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
+#include <cstdlib>
 
 namespace afterglow {
 namespace {
 
-/// Points of a smooth tile are alike in depth: the farthest by no more than this, relative to the
-/// nearest, is farther.
+/// Points of one surface on a tile are alike in depth: the farthest by no more than this, relative
+/// to the nearest, is farther.
 constexpr float alike_depths = 1.15f;
-/// Points on an edge, which have an edge distance of 1, have no smooth surroundings.
-constexpr int least_smooth_edge_distance = 2;
+/// Points that are displaced by no more than this against each other hide nothing of each other,
+/// pixels.
+constexpr float alike_displacement_px = 1.0f;
+/// A tile's pixels show their points if they are no farther from them, pixels.
+constexpr float place_tolerance_px = 0.5f;
 /// How far a corner's point on the surface may be seen from the corner, pixels.
 constexpr float corner_tolerance_px = 0.03f;
 
@@ -29,6 +36,9 @@ constexpr std::uint64_t nearest_piece(float depth, int x, int y) {
 }
 constexpr float depth_of(std::uint64_t piece) {
     return std::bit_cast<float>(static_cast<std::uint32_t>(piece >> 32));
+}
+constexpr float depth_of(std::uint32_t bits) {
+    return std::bit_cast<float>(bits);
 }
 constexpr int row_of(std::uint64_t piece) {
     return static_cast<int>(piece >> 16 & 0xffff);
@@ -47,7 +57,7 @@ constexpr float centre(int piece) {
 TileMapping::TileMapping(const Intrinsics &from, const Intrinsics &to, int least_edge_distance_px,
                          WorkerPool &pool)
     : from_(from), to_(to),
-      least_edge_distance_(std::max(least_edge_distance_px, least_smooth_edge_distance)),
+      least_edge_distance_(std::max(least_edge_distance_px, DepthSurface::beside_edge)),
       pool_(pool),
       shares_(pool, {Image<Tile>(whole_tiles(to.width, tile_px), whole_tiles(to.height, tile_px)),
                      std::vector<TileRange>(static_cast<std::size_t>(
@@ -55,13 +65,13 @@ TileMapping::TileMapping(const Intrinsics &from, const Intrinsics &to, int least
       landing_ranges_(whole_tiles(from.width, SurfacePieces::piece_px),
                       whole_tiles(from.height, SurfacePieces::piece_px)),
       landing_(landing_ranges_.width(), landing_ranges_.height()),
-      corners_(columns() + 1, rows() + 1) {}
+      corners_(columns() + 1, rows() + 1), mapped_(columns(), rows()) {}
 
 void TileMapping::find(const DepthSurface &surface, const SurfaceProjection &projection,
                        const DepthCorrection &correction, float margin_px) {
     const Mapping by = {surface, projection, correction};
     put_on_tiles(by, margin_px);
-    check_smooth(by);
+    map_tiles(by);
     find_landing();
 }
 
@@ -76,10 +86,14 @@ void TileMapping::put_on_tiles(const Mapping &by, float margin_px) {
             put_row_on_tiles(by.surface.pieces(), y, share);
         }
     });
-    const std::span all = shares_.use(0, clear).tiles.pixels();
-    shares_.for_each_other([&](const Share &other) {
-        for (std::size_t i = 0; i < all.size(); ++i)
-            add(other.tiles.pixels()[i], all[i]);
+    shares_.use(0, clear);
+    pool_.run(rows(), [&](int y) {
+        shares_.for_each_other([&](const Share &other) {
+            for (int x = 0; x < columns(); ++x)
+                add(other.tiles(x, y), tiles()(x, y));
+        });
+        for (int x = 0; x < columns(); ++x)
+            find_content(x, y, by);
     });
 }
 
@@ -96,96 +110,198 @@ void TileMapping::find_ranges(const Mapping &by, float margin_px, int row,
         ranges.data(), landing_ranges_.row(row));
 }
 
-/// A tile is smooth as long as all that is seen on it is.
 void TileMapping::put_row_on_tiles(const SurfacePieces &pieces, int row, Share &share) const {
-    const std::uint8_t *const edges = pieces.edge_distance().row(row);
+    const std::uint8_t *const edges = pieces.edges().row(row);
     const float *const nearest = pieces.nearest().row(row);
     const float *const farthest = pieces.farthest().row(row);
-    const TileRange *const ranges = share.ranges.data();
+    const std::span ranges = share.ranges;
     const ImageView<Tile> tiles = share.tiles;
-    const int least_edge_distance = least_edge_distance_;
-    const int count = landing_.width();
-    for (int x = 0; x < count; ++x) {
+    const auto piece = [&](std::size_t x) {
+        Tile seen;
+        seen.nearest = nearest_piece(nearest[x], static_cast<int>(x), row);
+        seen.farthest = std::bit_cast<std::uint32_t>(farthest[x]);
+        seen.least_edge_distance = edges[x] & edge_distance_bits;
+        seen.holes = edges[x] & SurfacePieces::has_holes;
+        return seen;
+    };
+    for (std::size_t x = 0; x < ranges.size(); ++x) {
         const TileRange range = ranges[x];
-        const bool smooth = edges[x] >= least_edge_distance;
-        const Tile seen = {smooth ? TileContent::smooth : TileContent::mixed, edges[x], farthest[x],
-                           nearest_piece(nearest[x], x, row)};
+        if (range.left > range.right || range.top > range.bottom)
+            continue;
+        Tile seen = piece(x);
+        for (; x + 1 < ranges.size() && ranges[x + 1] == range; ++x) // on the same tiles
+            add(piece(x + 1), seen);
         for (int ty = range.top; ty <= range.bottom; ++ty) {
             Tile *const of_row = tiles.row(ty);
             for (int tx = range.left; tx <= range.right; ++tx)
-                if (of_row[tx].content != TileContent::mixed) // which it stays
-                    add(seen, of_row[tx]);
+                add(seen, of_row[tx]);
         }
     }
 }
 
 /// More that is seen on a tile, in whatever order workers come to it.
 void TileMapping::add(const Tile &other, Tile &tile) {
-    tile.content = std::max(tile.content, other.content);
-    tile.least_edge_distance = std::min(tile.least_edge_distance, other.least_edge_distance);
-    tile.farthest = std::max(tile.farthest, other.farthest);
     tile.nearest = std::min(tile.nearest, other.nearest);
+    tile.farthest = std::max(tile.farthest, other.farthest);
+    tile.least_edge_distance = std::min(tile.least_edge_distance, other.least_edge_distance);
+    tile.holes |= other.holes;
 }
 
-/// Tiles that are no smooth part of a surface, though its pieces are smooth, are mixed.
-void TileMapping::check_smooth(const Mapping &by) {
+/// Tells what may be seen on a tile, if it can be mapped.
+void TileMapping::find_content(int x, int y, const Mapping &by) {
+    Tile &tile = tiles()(x, y);
+    if (tile.farthest == 0)
+        return;
+    const float u = centre(column_of(tile.nearest)), v = centre(row_of(tile.nearest));
+    const Eigen::Vector3f nearest = by.projection(u, v, depth_of(tile.nearest));
+    const Eigen::Vector3f farthest = by.projection(u, v, depth_of(tile.farthest));
+    tile.displaced_alike = (farthest - nearest).head<2>().squaredNorm() <
+                           alike_displacement_px * alike_displacement_px;
+    const bool in_view = (x + 1) * tile_px <= to_.width && (y + 1) * tile_px <= to_.height;
+    tile.content = in_view && (tile.displaced_alike || one_surface(tile)) ? TileContent::mapped
+                                                                            : TileContent::mixed;
+}
+
+bool TileMapping::one_surface(const Tile &tile) const {
+    return tile.least_edge_distance >= least_edge_distance_ &&
+           depth_of(tile.farthest) <= alike_depths * depth_of(tile.nearest);
+}
+
+/// Tiles that would be mapped, but whose corners are not found, are mixed.
+void TileMapping::map_tiles(const Mapping &by) {
     pool_.run(corners_.height(), [&](int y) {
         for (int x = 0; x < corners_.width(); ++x)
-            corners_(x, y) = find_corner(x, y, by);
+            corners_(x, y) = find_shared_corner(x, y, by);
     });
     pool_.run(rows(), [&](int y) {
         for (int x = 0; x < columns(); ++x) {
             Tile &tile = tiles()(x, y);
-            if (tile.content == TileContent::smooth &&
-                !(may_be_smooth(x, y) && corners_(x, y) && corners_(x + 1, y) &&
-                  corners_(x, y + 1) && corners_(x + 1, y + 1)))
+            if (tile.content == TileContent::mapped && !map_surface(x, y, by) &&
+                !map_alike(x, y, by))
                 tile.content = TileContent::mixed;
         }
     });
 }
 
-/// Whether a tile is all in the view, and its depths are alike.
-bool TileMapping::may_be_smooth(int x, int y) const {
+/// By corners that are shared with other tiles, if they are those of the tile's surface.
+bool TileMapping::map_surface(int x, int y, const Mapping &by) {
     const Tile &tile = tiles()(x, y);
-    return tile.content == TileContent::smooth && (x + 1) * tile_px <= to_.width &&
-           (y + 1) * tile_px <= to_.height &&
-           tile.farthest <= alike_depths * depth_of(tile.nearest);
+    const auto &a = corners_(x, y), &b = corners_(x + 1, y);
+    const auto &c = corners_(x, y + 1), &e = corners_(x + 1, y + 1);
+    if (!(one_surface(tile) && a && b && c && e))
+        return false;
+    MappedTile &mapped = mapped_(x, y);
+    mapped = {{*a, *b, *c, *e}, true, true};
+    mapped.in_picture = in_picture(*a) && in_picture(*b) && in_picture(*c) && in_picture(*e);
+    return (tile.holes == 0 && mapped.in_picture) || shows_its_points(x, y, by);
 }
 
-/// From the first of its tiles that may be smooth.
-std::optional<MappedCorner> TileMapping::find_corner(int x, int y, const Mapping &by) const {
+/// By corners of its own, of points that are displaced as much as the nearest and the farthest are
+/// in the mean, if that is enough.
+bool TileMapping::map_alike(int x, int y, const Mapping &by) {
+    const Tile &tile = tiles()(x, y);
+    if (!tile.displaced_alike)
+        return false;
+    const float near = depth_of(tile.nearest), far = depth_of(tile.farthest);
+    const float z = 2 * near * far / (near + far);
+    MappedTile &mapped = mapped_(x, y);
+    mapped = {};
+    mapped.sloped = false;
+    for (int i = 0; i < 4; ++i) {
+        const auto corner = find_corner(x + i % 2, y + i / 2, tile, by,
+                                        [z](const Eigen::Vector2f & /*place*/) { return z; });
+        if (!corner)
+            return false;
+        mapped.corners[i] = *corner;
+        mapped.in_picture = mapped.in_picture && in_picture(*corner);
+    }
+    return true;
+}
+
+/// Whether what is between a tile's corners is seen where it is drawn.
+bool TileMapping::shows_its_points(int x, int y, const Mapping &by) const {
+    constexpr int across = 4, step = tile_px / across;
+    const ImageView<const float> depths = by.surface.z();
+    const MappedTile &tile = mapped_(x, y);
+    const auto place = [&](int i) -> Eigen::Vector2f {
+        return {tile.corners[i].u, tile.corners[i].v};
+    };
+    const Eigen::Vector2f first(static_cast<float>(x * tile_px), static_cast<float>(y * tile_px));
+    for (int j = 0; j < across; ++j)
+        for (int i = 0; i < across; ++i) {
+            const Eigen::Vector2f at{(static_cast<float>(i) + 0.5f) * step,
+                                     (static_cast<float>(j) + 0.5f) * step};
+            const Eigen::Vector2f share = at / tile_px;
+            const Eigen::Vector2f above = place(0) + share.x() * (place(1) - place(0));
+            const Eigen::Vector2f below = place(2) + share.x() * (place(3) - place(2));
+            const Eigen::Vector2f on_surface = above + share.y() * (below - above);
+            const int u = static_cast<int>(std::lround(on_surface.x()));
+            const int v = static_cast<int>(std::lround(on_surface.y()));
+            if (!depths.contains(u, v) || depths(u, v) == 0.0f)
+                continue;
+            const Eigen::Vector3f seen =
+                by.projection(on_surface.x(), on_surface.y(), depths(u, v));
+            if ((seen.head<2>() - first - at).squaredNorm() >
+                place_tolerance_px * place_tolerance_px)
+                return false;
+        }
+    return true;
+}
+
+/// The tile by which a corner is found, among those that it is a corner of: the first that shows
+/// one surface, without holes if there is one.
+const TileMapping::Tile *TileMapping::tile_at_corner(int x, int y) const {
+    const Tile *found = nullptr;
     for (int tile_y = std::max(y - 1, 0); tile_y <= std::min(y, rows() - 1); ++tile_y)
-        for (int tile_x = std::max(x - 1, 0); tile_x <= std::min(x, columns() - 1); ++tile_x)
-            if (may_be_smooth(tile_x, tile_y))
-                return find_corner(x, y, tiles()(tile_x, tile_y), by);
-    return std::nullopt;
+        for (int tile_x = std::max(x - 1, 0); tile_x <= std::min(x, columns() - 1); ++tile_x) {
+            const Tile &tile = tiles()(tile_x, tile_y);
+            if (tile.content != TileContent::mapped || !one_surface(tile))
+                continue;
+            if (tile.holes == 0)
+                return &tile;
+            found = found ? found : &tile;
+        }
+    return found;
+}
+
+/// By the depths that the surface has there.
+std::optional<MappedCorner> TileMapping::find_shared_corner(int x, int y,
+                                                            const Mapping &by) const {
+    constexpr int lookups = 3; // noise of single readings must not keep the corner from an end
+    const Tile *const tile = tile_at_corner(x, y);
+    if (!tile)
+        return std::nullopt;
+    float z = 0;
+    int left = lookups;
+    return find_corner(x, y, *tile, by, [&](const Eigen::Vector2f &place) {
+        if (left > 0)
+            z = depth_near(place, by.surface);
+        --left;
+        return z;
+    });
 }
 
 /// The point of the surface that is seen at a corner: from the middle of the tile's nearest piece,
-/// the place on the surface is corrected by how far from the corner it is seen.
+/// the place on the surface is corrected by how far from the corner it is seen. It may be outside
+/// of the surface's picture.
+template <class DepthAt>
 std::optional<MappedCorner> TileMapping::find_corner(int x, int y, const Tile &tile,
-                                                     const Mapping &by) const {
-    constexpr int steps = 6, last_depth = 3;
-    const ImageView<const float> depths = by.surface.z();
-    const float right = static_cast<float>(from_.width - 1);
-    const float bottom = static_cast<float>(from_.height - 1);
+                                                     const Mapping &by,
+                                                     const DepthAt &depth_at) const {
+    constexpr int steps = 6;
+    const SurfaceOptions &options = by.surface.options();
     const Eigen::Vector2f at{static_cast<float>(x * tile_px), static_cast<float>(y * tile_px)};
     const Eigen::Vector2f middle{centre(column_of(tile.nearest)), centre(row_of(tile.nearest))};
     Eigen::Vector2f place =
         at + middle - by.projection(middle.x(), middle.y(), depth_of(tile.nearest)).head<2>();
-    float z = 0;
     for (int i = 0; i < steps; ++i) {
-        if (!(place.x() >= 0 && place.y() >= 0 && place.x() <= right && place.y() <= bottom))
-            return std::nullopt;
-        if (i < last_depth) // noise of single readings must not keep it from an end
-            z = depths(static_cast<int>(place.x() + 0.5f), static_cast<int>(place.y() + 0.5f));
+        const float z = depth_at(place);
         if (z == 0.0f)
             return std::nullopt;
         const Eigen::Vector3f seen = by.projection(place.x(), place.y(), z);
         const Eigen::Vector2f off = at - seen.head<2>();
         if (off.squaredNorm() < corner_tolerance_px * corner_tolerance_px) {
-            if (seen.z() < by.surface.options().nearest_m ||
-                seen.z() > by.surface.options().farthest_m)
+            if (seen.z() < options.nearest_m || seen.z() > options.farthest_m)
                 return std::nullopt;
             const auto line = by.projection.line(place.x(), place.y(), at.y());
             const float units =
@@ -197,6 +313,36 @@ std::optional<MappedCorner> TileMapping::find_corner(int x, int y, const Tile &t
         place += by.projection.jacobian(seen, z).inverse() * off;
     }
     return std::nullopt;
+}
+
+bool TileMapping::in_picture(const MappedCorner &corner) const {
+    return corner.u >= 0 && corner.v >= 0 && corner.u <= static_cast<float>(from_.width - 1) &&
+           corner.v <= static_cast<float>(from_.height - 1);
+}
+
+/// The depth at a place on the surface or, if that is a hole or outside, of one of the nearest
+/// pieces around that have any; 0 if there is none nearby.
+float TileMapping::depth_near(const Eigen::Vector2f &place, const DepthSurface &surface) const {
+    constexpr int reach = 3; // pieces
+    const float right = static_cast<float>(from_.width - 1);
+    const float bottom = static_cast<float>(from_.height - 1);
+    if (!(place.x() > -tile_px && place.y() > -tile_px && place.x() < right + tile_px &&
+          place.y() < bottom + tile_px))
+        return 0;
+    const int u = static_cast<int>(std::clamp(place.x(), 0.0f, right) + 0.5f);
+    const int v = static_cast<int>(std::clamp(place.y(), 0.0f, bottom) + 0.5f);
+    if (const float z = surface.z()(u, v); z != 0.0f)
+        return z;
+    const ImageView<const float> depths = surface.pieces().nearest();
+    const int column = u / SurfacePieces::piece_px, row = v / SurfacePieces::piece_px;
+    for (int ring = 0; ring <= reach; ++ring)
+        for (int y = row - ring; y <= row + ring; ++y) {
+            const int step = std::abs(y - row) == ring ? 1 : std::max(2 * ring, 1);
+            for (int x = column - ring; x <= column + ring; x += step)
+                if (depths.contains(x, y) && depths(x, y) != 0.0f)
+                    return depths(x, y);
+        }
+    return 0;
 }
 
 void TileMapping::find_landing() {
@@ -211,10 +357,6 @@ void TileMapping::find_landing() {
         std::transform(landing_ranges_.row(first), landing_ranges_.row(end), landing_.row(first),
                        mixed_in);
     });
-}
-
-MappedTile TileMapping::mapped(int x, int y) const {
-    return {{*corners_(x, y), *corners_(x + 1, y), *corners_(x, y + 1), *corners_(x + 1, y + 1)}};
 }
 
 } // namespace afterglow

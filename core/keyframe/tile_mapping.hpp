@@ -17,15 +17,17 @@
 
 namespace afterglow {
 
-/// What is to be seen on a tile of a view; of two findings the greater counts.
+/// What is to be seen on a tile of a view.
 enum class TileContent : std::uint8_t {
     nothing, ///< no point of the surface
-    smooth,  ///< one surface without edges or holes, whose points change slowly across the tile
+    mapped,  ///< points that hide nothing of each other, as the corners tell
     mixed,   ///< anything else
 };
 
-/// Which tiles of a view show one smooth part of a surface, and where their pixels are on the
-/// surface: those need no projection of single points, and nothing hides anything there.
+/// Which tiles of a view show points of a surface in the order in which they are on the surface,
+/// and where the tiles' pixels are there: those need no projection of single points. Such a tile
+/// shows either one part of the surface without edges, maybe with holes, or points that are
+/// displaced alike whatever their depths.
 ///
 /// The view is parted into tiles, the surface into pieces (SurfacePieces).
 ///
@@ -34,8 +36,8 @@ class TileMapping {
 public:
     static constexpr int tile_px = mapped_tile_px;
 
-    /// Smooth tiles show no point nearer to a depth edge than `least_edge_distance_px`, and none on
-    /// an edge.
+    /// A part of the surface in which a point is nearer to a depth edge than
+    /// `least_edge_distance_px`, or on an edge, is not without edges.
     TileMapping(const Intrinsics &from, const Intrinsics &to, int least_edge_distance_px,
                 WorkerPool &pool);
 
@@ -47,10 +49,8 @@ public:
     int columns() const { return tiles().width(); }
     int rows() const { return tiles().height(); }
     TileContent content(int x, int y) const { return tiles()(x, y).content; }
-    /// Least edge distance of the points on a smooth tile, pixels.
-    int least_edge_distance(int x, int y) const { return tiles()(x, y).least_edge_distance; }
-    /// A smooth tile's corners.
-    MappedTile mapped(int x, int y) const;
+    /// Of a mapped tile.
+    const MappedTile &mapped(int x, int y) const { return mapped_(x, y); }
     /// Calls visit(begin, end) for each run of pixels of the view's row v that are in mixed tiles.
     template <class Visit>
     void for_each_mixed_run(int v, const Visit &visit) const {
@@ -80,12 +80,14 @@ public:
     }
 
 private:
-    /// What is known of a tile of the view.
+    /// What is seen on a tile of the view.
     struct Tile {
-        TileContent content = TileContent::nothing;
-        std::uint8_t least_edge_distance = 255;
-        float farthest = 0;            ///< depth on the surface, metres
         std::uint64_t nearest = ~0ULL; ///< piece, as of nearest_piece()
+        std::uint32_t farthest = 0;    ///< bits of its depth on the surface, metres
+        std::uint8_t least_edge_distance = 255;
+        std::uint8_t holes = 0; ///< has_holes of a piece
+        TileContent content = TileContent::nothing;
+        bool displaced_alike = false;
     };
     /// What some rows of pieces are seen on.
     struct Share {
@@ -105,11 +107,19 @@ private:
     void find_ranges(const Mapping &by, float margin_px, int row, std::span<TileRange> ranges);
     void put_row_on_tiles(const SurfacePieces &pieces, int row, Share &share) const;
     static void add(const Tile &other, Tile &tile);
-    void check_smooth(const Mapping &by);
-    bool may_be_smooth(int x, int y) const;
-    std::optional<MappedCorner> find_corner(int x, int y, const Mapping &by) const;
-    std::optional<MappedCorner> find_corner(int x, int y, const Tile &tile,
-                                            const Mapping &by) const;
+    void find_content(int x, int y, const Mapping &by);
+    bool one_surface(const Tile &tile) const;
+    void map_tiles(const Mapping &by);
+    bool map_surface(int x, int y, const Mapping &by);
+    bool map_alike(int x, int y, const Mapping &by);
+    bool shows_its_points(int x, int y, const Mapping &by) const;
+    const Tile *tile_at_corner(int x, int y) const;
+    std::optional<MappedCorner> find_shared_corner(int x, int y, const Mapping &by) const;
+    template <class DepthAt>
+    std::optional<MappedCorner> find_corner(int x, int y, const Tile &tile, const Mapping &by,
+                                            const DepthAt &depth_at) const;
+    bool in_picture(const MappedCorner &corner) const;
+    float depth_near(const Eigen::Vector2f &place, const DepthSurface &surface) const;
     void find_landing();
 
     Intrinsics from_, to_;
@@ -118,7 +128,8 @@ private:
     WorkerShares<Share> shares_;      ///< in the end all is in the first
     Image<TileRange> landing_ranges_; ///< on which each piece may be seen, with a margin
     Image<std::uint8_t> landing_;     ///< by piece: whether it is seen in, or around, mixed tiles
-    Image<std::optional<MappedCorner>> corners_; ///< of tiles that may be smooth
+    Image<std::optional<MappedCorner>> corners_; ///< of tiles that may show one surface
+    Image<MappedTile> mapped_;
 };
 
 } // namespace afterglow

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/keyframe/warp.hpp"
 
+#include "core/keyframe/cracks.hpp"
 #include "core/keyframe/warp_kernels.hpp"
 
 #include <algorithm>
@@ -29,11 +30,11 @@ Warp::Warp(const Intrinsics &from, const Intrinsics &to, const WarpOptions &opti
            WorkerPool &pool)
     : from_(from), to_(to), options_(options), pool_(pool),
       tiles_(from, to, options.least_edge_distance_px, pool),
-      nearest_(pool, Image<WarpedPixel>(to.width + 2 * margin(), to.height + 2 * margin())) {}
+      nearest_(pool, Image<WarpedPixel>(to.width + 2 * margin, to.height + 2 * margin)) {}
 
 ImageView<const WarpedPixel> Warp::landed() const {
     const Image<WarpedPixel> &nearest = nearest_.first();
-    return {nearest.row(margin()) + margin(), to_.width, to_.height, nearest.width()};
+    return {nearest.row(margin) + margin, to_.width, to_.height, nearest.width()};
 }
 
 int Warp::run(const DepthSurface &surface, const Pose &pose, ImageView<std::uint16_t> depth,
@@ -42,7 +43,7 @@ int Warp::run(const DepthSurface &surface, const Pose &pose, ImageView<std::uint
     assert(depth.width() == to_.width && depth.height() == to_.height &&
            edge_distance.same_size(depth));
     const SurfaceProjection projection(from_, to_, pose, shutter);
-    tiles_.find(surface, projection, correction, static_cast<float>(options_.crack_px + 1));
+    tiles_.find(surface, projection, correction, static_cast<float>(surface.options().crack_px + 1));
     scatter(surface, projection);
     std::atomic<int> drawn = 0;
     pool_.run(tiles_.rows(), [&](int y) {
@@ -82,7 +83,7 @@ void Warp::scatter_rows(const DepthSurface &surface, const SurfaceProjection &pr
                                   options_.edges_hide ? 1 : options_.least_edge_distance_px,
                                   options_.edges_hide ? options_.least_edge_distance_px : 0,
                                   nearest.width()};
-    WarpedPixel *const to = nearest.row(margin()) + margin();
+    WarpedPixel *const to = nearest.row(margin) + margin;
     const int w = from_.width, last = from_.height - 1;
     std::array<float, most + 2> z;
     std::array<int, most> offsets;
@@ -92,7 +93,6 @@ void Warp::scatter_rows(const DepthSurface &surface, const SurfaceProjection &pr
         const float *z_row = surface.z().row(v);
         const float *z_up = surface.z().row(std::max(v - 1, 0));
         const float *z_down = surface.z().row(std::min(v + 1, last));
-        const std::uint8_t *edge = surface.edge_distance().row(v);
         const auto project = [&](int u, int count) {
             const float *with_sides = z_row + u - 1;
             if (u == 0 || u + count == w) { // beyond the picture there is no depth
@@ -101,7 +101,7 @@ void Warp::scatter_rows(const DepthSurface &surface, const SurfaceProjection &pr
                 z[static_cast<std::size_t>(count) + 1] = u + count < w ? z_row[u + count] : 0.0f;
                 with_sides = z.data();
             }
-            project_points({with_sides, z_up + u, z_down + u, edge + u, u, count}, row,
+            project_points({with_sides, z_up + u, z_down + u, u, count}, row,
                            projection.while_read(), limits, offsets.data(), values.data());
             const std::span landed(offsets.data(), static_cast<std::size_t>(count));
             keep_nearest(landed, values.data(), to);
@@ -120,8 +120,8 @@ int Warp::draw_tiles(const Drawing &to, int tile_row) const {
     int drawn = 0;
     for (int x = 0; x < tiles_.columns(); ++x) {
         const int left = x * size, width = std::min(size, to_.width - left);
-        if (tiles_.content(x, tile_row) == TileContent::smooth)
-            drawn += draw_smooth(to, x, tile_row);
+        if (tiles_.content(x, tile_row) == TileContent::mapped)
+            drawn += draw_mapped_tile(to, x, tile_row);
         if (tiles_.content(x, tile_row) != TileContent::nothing)
             continue;
         for (int v = first; v < end; ++v) {
@@ -135,30 +135,13 @@ int Warp::draw_tiles(const Drawing &to, int tile_row) const {
     return drawn;
 }
 
-int Warp::draw_smooth(const Drawing &to, int x, int y) const {
+int Warp::draw_mapped_tile(const Drawing &to, int x, int y) const {
     constexpr int size = TileMapping::tile_px;
-    std::array<int, size * size> places;
-    std::uint16_t *const first = to.depth.row(y * size) + x * size;
-    const bool whole =
-        draw_mapped(tiles_.mapped(x, y), to.surface.z(), first, to.depth.stride(), places.data());
-    if (whole && tiles_.least_edge_distance(x, y) >= DepthSurface::far_from_edge) {
-        for (int v = 0; v < size; ++v)
-            std::fill_n(to.edge_distance.row(y * size + v) + x * size, size,
-                        std::uint8_t{DepthSurface::far_from_edge});
-        return size * size;
-    }
-    int drawn = 0;
-    const std::uint8_t *const edges = to.surface.edge_distance().data();
-    auto place = places.begin();
-    for (int v = 0; v < size; ++v) {
-        std::uint8_t *const out = to.edge_distance.row(y * size + v) + x * size;
-        const std::uint16_t *const depth = first + v * to.depth.stride();
-        for (int u = 0; u < size; ++u, ++place) {
-            out[u] = depth[u] != 0 ? edges[*place] : std::uint8_t{0};
-            drawn += depth[u] != 0;
-        }
-    }
-    return drawn;
+    const auto tile_of = [&](auto &image) {
+        return ImageView(image.row(y * size) + x * size, size, size, image.stride());
+    };
+    return draw_mapped(tiles_.mapped(x, y), to.surface.z(), options_.least_edge_distance_px,
+                       tile_of(to.depth), tile_of(to.edge_distance));
 }
 
 int Warp::draw_mixed(const Drawing &to, int v, int begin, int end) const {
@@ -179,7 +162,7 @@ int Warp::draw_mixed(const Drawing &to, int v, int begin, int end) const {
         find_doubtful({from.row(v - 1) + first, in, from.row(v + 1) + first, count}, pixels.data(),
                       doubtful.data());
         const std::uint8_t *const marks_end = doubtful.data() + count;
-        for (const std::uint8_t *mark = doubtful.data(); options_.crack_px > 0;) {
+        for (const std::uint8_t *mark = doubtful.data(); to.surface.options().crack_px > 0;) {
             mark = static_cast<const std::uint8_t *>(
                 std::memchr(mark, 1, static_cast<std::size_t>(marks_end - mark)));
             if (!mark)
@@ -205,33 +188,26 @@ int Warp::draw_mixed(const Drawing &to, int v, int begin, int end) const {
 /// through which a far surface shows, between two pixels of one surface on opposite sides; 0 if it
 /// is none.
 WarpedPixel Warp::fill_pixel(const DepthSurface &surface, const WarpedPixel *at) const {
-    const std::ptrdiff_t stride = landed().stride();
-    const int reach = options_.crack_px;
     const bool empty = *at == nothing_landed;
     float sum = 0;
     int pairs = 0, edge = warped_edge_mask;
-    for (const std::ptrdiff_t step : {std::ptrdiff_t{1}, stride, stride + 1, 1 - stride}) {
-        // The next pixels on both sides on which something landed, and how far they are.
-        const bool next_before = at[-step] != nothing_landed,
-                   next_after = at[step] != nothing_landed;
-        if (!next_before && !next_after)
-            continue;
-        const int before = next_before || reach < 2 ? 1 : 2,
-                  after = next_after || reach < 2 ? 1 : 2;
-        const WarpedPixel a = at[-before * step], b = at[after * step];
-        if (a == nothing_landed || b == nothing_landed)
-            continue;
-        const float za = warped_z(a), zb = warped_z(b);
-        const float limit = surface.edge_step(std::min(za, zb));
-        if (std::abs(za - zb) > limit)
-            continue;
-        if (!empty && warped_z(*at) < std::max(za, zb) + limit)
-            return 0; // it lies on the surface itself
-        const float t = static_cast<float>(before) / static_cast<float>(before + after);
-        sum += za + t * (zb - za);
-        ++pairs;
-        edge = std::min({edge, a & warped_edge_mask, b & warped_edge_mask});
-    }
+    bool beside = false; // it lies on the surface itself
+    for_each_pair_across(
+        landed().stride(), surface.options().crack_px,
+        [&](std::ptrdiff_t offset) { return at[offset] != nothing_landed; },
+        [&](std::ptrdiff_t before, std::ptrdiff_t after, float share) {
+            const WarpedPixel a = at[before], b = at[after];
+            const float za = warped_z(a), zb = warped_z(b);
+            const float limit = surface.edge_step(std::min(za, zb));
+            if (std::abs(za - zb) > limit)
+                return;
+            beside = beside || (!empty && warped_z(*at) < std::max(za, zb) + limit);
+            sum += za + share * (zb - za);
+            ++pairs;
+            edge = std::min({edge, a & warped_edge_mask, b & warped_edge_mask});
+        });
+    if (beside)
+        return 0;
     if (pairs < (empty ? 1 : 3))
         return 0;
     const float z = sum / static_cast<float>(pairs);

@@ -21,14 +21,12 @@ struct WarpOptions {
     /// neighbours. Between two cameras side by side the far surface would show through all edges of
     /// the near one, on one side.
     bool edges_hide = false;
-    /// Widest crack that is filled, pixels: 0, 1 or 2.
-    int crack_px = 2;
 };
 
 /// Draws a measured surface as another view shows it.
 ///
-/// Where one smooth piece of the surface fills a tile of the view, each pixel looks up its point on
-/// the surface (TileMapping). Elsewhere the points are reprojected forwards (Noraky & Sze 2019 Eq.
+/// On tiles of the view whose points hide nothing of each other each pixel looks up its point on the
+/// surface (TileMapping). Elsewhere the points are reprojected forwards (Noraky & Sze 2019 Eq.
 /// 9 of the reprojection section): each lands on the pixel nearest to its projection, its depth
 /// moved to that pixel's centre along the surface's own slope; of several, the nearest wins. The
 /// minimum does not depend on order, so the result is the same whatever the number of workers.
@@ -53,7 +51,8 @@ public:
             const RollingShutter &shutter = {});
 
 private:
-    int margin() const { return std::max(options_.crack_px, 1); }
+    /// As far as cracks are looked across.
+    static constexpr int margin = widest_crack_px;
     ImageView<const WarpedPixel> landed() const;
     void scatter(const DepthSurface &surface, const SurfaceProjection &projection);
     void scatter_rows(const DepthSurface &surface, const SurfaceProjection &projection,
@@ -66,7 +65,7 @@ private:
         ImageView<std::uint8_t> edge_distance;
     };
     int draw_tiles(const Drawing &to, int tile_row) const;
-    int draw_smooth(const Drawing &to, int x, int y) const;
+    int draw_mapped_tile(const Drawing &to, int x, int y) const;
     int draw_mixed(const Drawing &to, int v, int begin, int end) const;
     WarpedPixel fill_pixel(const DepthSurface &surface, const WarpedPixel *at) const;
 

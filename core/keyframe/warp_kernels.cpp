@@ -4,6 +4,8 @@
 #define HWY_TARGET_INCLUDE "core/keyframe/warp_kernels.cpp"
 #include "core/keyframe/warp_kernels.hpp"
 
+#include "core/keyframe/surface_point.hpp"
+
 #include <algorithm>
 #include <array>
 #include <hwy/foreach_target.h>
@@ -31,6 +33,13 @@ constexpr std::array<float, 64> whole_numbers = [] {
 template <class D>
 HWY_API auto ramp(D d, int first) {
     return hn::Add(hn::LoadU(d, whole_numbers.data()), hn::Set(d, static_cast<float>(first)));
+}
+
+/// Edge distances of points of a surface, 0 where there is none.
+template <class D, class V>
+HWY_API auto edge_of(D /*tag*/, V z) {
+    const hn::RebindToSigned<D> di;
+    return hn::And(hn::BitCast(di, z), hn::Set(di, edge_distance_bits));
 }
 
 /// A homogeneous pixel in vectors.
@@ -83,11 +92,10 @@ void project(const PointRow &points, const RowProjection &projection, const RowM
     float *const HWY_RESTRICT depths = places.depth;
     for_overlapping_lanes(in.count, [&](auto d, int i) HWY_ATTR {
         const hn::RebindToSigned<decltype(d)> di;
-        const hn::Rebind<std::uint8_t, decltype(d)> d8;
         const auto half = hn::Set(d, 0.5f);
         auto z = hn::LoadU(d, in.z + i + 1);
         if (limits.hides_below > 0) {
-            const auto edge = hn::PromoteTo(di, hn::LoadU(d8, in.edge_distance + i));
+            const auto edge = edge_of(d, z);
             const auto zero = hn::Zero(d);
             const auto hides = hn::And(
                 hn::RebindMask(d, hn::Lt(edge, hn::Set(di, limits.hides_below))), hn::Ne(z, zero));
@@ -109,11 +117,10 @@ void project(const PointRow &points, const RowProjection &projection, const RowM
     });
     for_overlapping_lanes(in.count, [&](auto d, int i) HWY_ATTR {
         const hn::RebindToSigned<decltype(d)> di;
-        const hn::Rebind<std::uint8_t, decltype(d)> d8;
         const auto half = hn::Set(d, 0.5f);
         const auto x = hn::LoadU(d, xs + i), y = hn::LoadU(d, ys + i);
-        const auto z = hn::LoadU(d, in.z + i + 1), depth = hn::LoadU(d, depths + i);
-        const auto edge = hn::PromoteTo(di, hn::LoadU(d8, in.edge_distance + i));
+        const auto depth = hn::LoadU(d, depths + i);
+        const auto edge = edge_of(d, hn::LoadU(d, in.z + i + 1));
         const hn::RebindToUnsigned<decltype(d)> du;
         const auto bits = [&](auto value) HWY_ATTR { return hn::BitCast(du, value); };
         // As unsigned numbers the bits of negative floats, and of NaN, are beyond all others.
@@ -124,8 +131,7 @@ void project(const PointRow &points, const RowProjection &projection, const RowM
             hn::AndNot(below_limit(depth, limits.nearest), below_limit(depth, limits.farthest));
         const auto in_view =
             hn::And(in_depth, hn::And(below_limit(x, limits.width), below_limit(y, limits.height)));
-        const auto carried = hn::And(hn::Gt(edge, hn::Set(di, limits.least_edge_distance - 1)),
-                                     hn::RebindMask(di, hn::Ne(bits(z), hn::Zero(du))));
+        const auto carried = hn::Gt(edge, hn::Set(di, limits.least_edge_distance - 1));
         const auto lands = hn::And(carried, hn::RebindMask(di, in_view));
         const auto column = hn::ConvertTo(di, hn::IfThenElseZero(hn::RebindMask(d, lands), x));
         const auto row = hn::ConvertTo(di, hn::IfThenElseZero(hn::RebindMask(d, lands), y));
@@ -280,67 +286,90 @@ void tile_ranges(const PieceRow &pieces, const PieceProjection &projection,
     });
 }
 
-bool draw(const MappedTile &tile, ImageView<const float> z, std::uint16_t *millimetres, int stride,
-          int *HWY_RESTRICT offsets) {
+/// A value that is bilinear between a tile's corners, in columns of vectors: at the first row, and
+/// the step to the next one.
+template <class V>
+struct Bilinear {
+    V value, step;
+};
+
+template <bool in_picture>
+int draw_tile(const MappedTile &tile, ImageView<const float> z, int least_edge_distance,
+              ImageView<std::uint16_t> millimetres, ImageView<std::uint8_t> edge_distance) {
     const hn::CappedTag<float, mapped_tile_px> d;
     const hn::RebindToSigned<decltype(d)> di;
     const hn::Rebind<std::uint16_t, decltype(d)> d16;
+    const hn::Rebind<std::uint8_t, decltype(d)> d8;
     constexpr float part = 1.0f / mapped_tile_px;
-    const auto set = [&](float value) HWY_ATTR { return hn::Set(d, value); };
     const MappedCorner &a = tile.corners[0], &b = tile.corners[1];
     const MappedCorner &c = tile.corners[2], &e = tile.corners[3];
     // The slope along both diagonals tells that along columns and rows of the surface.
     const float u1 = e.u - a.u, v1 = e.v - a.v, z1 = e.z - a.z;
     const float u2 = c.u - b.u, v2 = c.v - b.v, z2 = c.z - b.z;
-    const float area = u1 * v2 - u2 * v1, most = steepest * a.z;
-    const auto by_u = set(std::clamp((z1 * v2 - z2 * v1) / area, -most, most));
-    const auto by_v = set(std::clamp((u1 * z2 - u2 * z1) / area, -most, most));
-    const auto half = set(0.5f), zero = hn::Zero(d);
-    const auto zero_bits = hn::Zero(di);
+    const float area = u1 * v2 - u2 * v1, most = tile.sloped ? steepest * a.z : 0;
+    const float by_u = std::clamp((z1 * v2 - z2 * v1) / area, -most, most);
+    const float by_v = std::clamp((u1 * z2 - u2 * z1) / area, -most, most);
+    const auto across = hn::Set(d, by_u), down = hn::Set(d, by_v);
+    const auto below_least = hn::Set(di, least_edge_distance - 1);
     const float *const depths = z.data();
     const auto depth_stride = hn::Set(di, z.stride());
-    auto least = hn::Set(di, 0x7fffffff);
-    // Of the pixels of a row: the first value and the step to the next pixel; and how both change
-    // from row to row.
-    float first[4], step[4], first_down[4], step_down[4];
-    const auto between = [&](int k, float MappedCorner::*of) HWY_ATTR {
-        first[k] = a.*of;
-        step[k] = part * (b.*of - a.*of);
-        first_down[k] = part * (c.*of - a.*of);
-        step_down[k] = part * (part * (e.*of - c.*of) - step[k]);
-    };
-    between(0, &MappedCorner::u);
-    between(1, &MappedCorner::v);
-    between(2, &MappedCorner::scale);
-    between(3, &MappedCorner::shift);
-    for (int row = 0; row < mapped_tile_px; ++row) {
-        for (int i = 0; i < mapped_tile_px; i += static_cast<int>(hn::Lanes(d))) {
-            const auto along = ramp(d, i);
-            const auto at = [&](int k) HWY_ATTR {
-                return hn::Add(set(first[k]), hn::Mul(along, set(step[k])));
-            };
-            const auto u = at(0), v = at(1);
-            const auto column = hn::ConvertTo(di, hn::Add(u, half));
-            const auto line = hn::ConvertTo(di, hn::Add(v, half));
-            const auto offset = hn::Add(hn::Mul(line, depth_stride), column);
+    auto found = hn::Zero(di);
+    for (int i = 0; i < mapped_tile_px; i += static_cast<int>(hn::Lanes(d))) {
+        const auto column = ramp(d, i);
+        const auto between = [&](float at_a, float at_b, float at_c, float at_e) HWY_ATTR {
+            const float step = part * (at_b - at_a);
+            const auto first = hn::Add(hn::Set(d, at_a), hn::Mul(column, hn::Set(d, step)));
+            const auto of_step = hn::Set(d, part * (part * (at_e - at_c) - step));
+            return Bilinear<hn::Vec<decltype(d)>>{
+                first, hn::Add(hn::Set(d, part * (at_c - at_a)), hn::Mul(column, of_step))};
+        };
+        // Places are half a pixel more, so that what is below is the nearest pixel.
+        auto u = between(a.u + 0.5f, b.u + 0.5f, c.u + 0.5f, e.u + 0.5f);
+        auto v = between(a.v + 0.5f, b.v + 0.5f, c.v + 0.5f, e.v + 0.5f);
+        auto scale = between(a.scale, b.scale, c.scale, e.scale);
+        const auto shifted = [&](const MappedCorner &corner) {
+            return corner.shift - 0.5f * (by_u + by_v) * corner.scale + 0.5f;
+        };
+        auto shift = between(shifted(a), shifted(b), shifted(c), shifted(e));
+        for (int row = 0; row < mapped_tile_px; ++row) {
+            const auto x = hn::ConvertTo(di, u.value), y = hn::ConvertTo(di, v.value);
+            auto offset = hn::Add(hn::Mul(y, depth_stride), x);
+            hn::Mask<decltype(di)> on_picture;
+            if constexpr (!in_picture) {
+                const hn::RebindToUnsigned<decltype(d)> du;
+                const auto inside = [&](auto at, int end) HWY_ATTR {
+                    return hn::RebindMask(di, hn::Lt(hn::BitCast(du, at),
+                                                     hn::Set(du, static_cast<std::uint32_t>(end))));
+                };
+                on_picture = hn::And(inside(x, z.width()), inside(y, z.height()));
+                offset = hn::IfThenElseZero(on_picture, offset);
+            }
             const auto depth = hn::GatherIndex(d, depths, offset);
-            const auto rise = hn::Add(hn::Mul(by_u, hn::Sub(u, hn::ConvertTo(d, column))),
-                                      hn::Mul(by_v, hn::Sub(v, hn::ConvertTo(d, line))));
+            const auto rise = hn::Add(hn::Mul(across, hn::Sub(u.value, hn::ConvertTo(d, x))),
+                                      hn::Mul(down, hn::Sub(v.value, hn::ConvertTo(d, y))));
             const auto reading =
-                hn::Add(hn::Mul(hn::Add(depth, rise), at(2)), hn::Add(at(3), half));
-            const auto bits = hn::BitCast(di, depth);
-            const auto there = hn::RebindMask(d, hn::Gt(bits, zero_bits));
-            const auto whole = hn::ConvertTo(di, hn::IfThenElse(there, reading, zero));
-            least = hn::Min(least, bits);
-            hn::StoreU(hn::DemoteTo(d16, whole), d16, millimetres + row * stride + i);
-            hn::StoreU(offset, di, offsets + row * mapped_tile_px + i);
-        }
-        for (int k = 0; k < 4; ++k) {
-            first[k] += first_down[k];
-            step[k] += step_down[k];
+                hn::Add(hn::Mul(hn::Add(depth, rise), scale.value), shift.value);
+            const auto edge = edge_of(d, depth);
+            auto there = hn::Gt(edge, below_least);
+            if constexpr (!in_picture)
+                there = hn::And(there, on_picture);
+            const auto whole = hn::IfThenElseZero(there, hn::ConvertTo(di, reading));
+            found = hn::Sub(found, hn::VecFromMask(di, there));
+            hn::StoreU(hn::DemoteTo(d16, whole), d16, millimetres.row(row) + i);
+            hn::StoreU(hn::DemoteTo(d8, hn::IfThenElseZero(there, edge)), d8,
+                       edge_distance.row(row) + i);
+            for (auto *const of : {&u, &v, &scale, &shift})
+                of->value = hn::Add(of->value, of->step);
         }
     }
-    return hn::GetLane(hn::MinOfLanes(di, least)) > 0;
+    return hn::GetLane(hn::SumOfLanes(di, found));
+}
+
+int draw(const MappedTile &tile, ImageView<const float> z, int least_edge_distance,
+         ImageView<std::uint16_t> millimetres, ImageView<std::uint8_t> edge_distance) {
+    return tile.in_picture
+               ? draw_tile<true>(tile, z, least_edge_distance, millimetres, edge_distance)
+               : draw_tile<false>(tile, z, least_edge_distance, millimetres, edge_distance);
 }
 
 } // namespace
@@ -378,9 +407,9 @@ void find_tile_ranges(const PieceRow &pieces, const PieceProjection &projection,
     HWY_DYNAMIC_DISPATCH(tile_ranges)(pieces, projection, ranges, wide_ranges);
 }
 
-bool draw_mapped(const MappedTile &tile, ImageView<const float> z, std::uint16_t *millimetres,
-                 int stride, int *offsets) {
-    return HWY_DYNAMIC_DISPATCH(draw)(tile, z, millimetres, stride, offsets);
+int draw_mapped(const MappedTile &tile, ImageView<const float> z, int least_edge_distance,
+                ImageView<std::uint16_t> millimetres, ImageView<std::uint8_t> edge_distance) {
+    return HWY_DYNAMIC_DISPATCH(draw)(tile, z, least_edge_distance, millimetres, edge_distance);
 }
 
 } // namespace afterglow

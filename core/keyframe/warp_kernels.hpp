@@ -27,12 +27,10 @@ inline float warped_z(WarpedPixel p) {
 /// Most points that are projected at once.
 constexpr int most_points = 64;
 
-/// Points of one row, at most most_points: depths in metres, 0 = none, of the row and of those
-/// above and below.
+/// Points of one row, at most most_points, and of those above and below: as DepthSurface::z().
 struct PointRow {
     const float *z; ///< begins one pixel early and ends one late
     const float *above, *below;
-    const std::uint8_t *edge_distance;
     int first_column, count;
 };
 
@@ -114,6 +112,7 @@ struct PieceProjection {
 /// Tiles of a view, the last ones included; none if left > right or top > bottom.
 struct TileRange {
     std::int16_t left, right, top, bottom;
+    bool operator==(const TileRange &) const = default;
 };
 
 /// The tiles on which each piece may be seen: around the picture of its centre at its nearest and
@@ -130,13 +129,16 @@ struct MappedCorner {
 /// Corners at the first pixels of a tile and of the next ones: at the left and right, then below.
 struct MappedTile {
     MappedCorner corners[4];
+    bool sloped = true;    ///< the corners are of one surface
+    bool in_picture = true; ///< and all on it
 };
 
-/// Draws a tile of readings, millimetres: between the corners all is bilinear; the depth is that of
-/// the nearest pixel of the surface `z` (metres, 0 = none), moved along the slope of the corners'.
-/// `offsets`: of those pixels, mapped_tile_px^2. False, if some pixel has no depth (then 0).
-/// Real-time safe.
-bool draw_mapped(const MappedTile &tile, ImageView<const float> z, std::uint16_t *millimetres,
-                 int stride, int *offsets);
+/// Draws a tile of readings, millimetres, and of edge distances, both 0 = none: between the corners
+/// all is bilinear; the point is that of the nearest pixel of the surface `z` (DepthSurface::z()),
+/// its depth moved along the slope between the corners if they have one. Points nearer to an edge
+/// than `least_edge_distance` are left out. The images begin at the tile's first pixel and have as
+/// many columns. Returns how many pixels have depth. Real-time safe.
+int draw_mapped(const MappedTile &tile, ImageView<const float> z, int least_edge_distance,
+                ImageView<std::uint16_t> millimetres, ImageView<std::uint8_t> edge_distance);
 
 } // namespace afterglow

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/keyframe/depth_surface.hpp"
+#include "core/keyframe/surface_point.hpp"
 #include "tests/catch.hpp"
 
 #include <algorithm>
@@ -44,12 +45,48 @@ TEST_CASE("the depth surface sees no depth edge in a slope or around a hole", "[
     for (int v = 0; v < camera.height; ++v)
         for (int u = 0; u < camera.width; ++u)
             map(u, v) = static_cast<std::uint16_t>(1000 + 10 * u);
-    for (int u = 30; u < 34; ++u)
-        map(u, 20) = 0;
+    for (int v = 18; v < 22; ++v)
+        for (int u = 30; u < 34; ++u)
+            map(u, v) = 0;
     const DepthSurface surface = surface_of(map);
     for (int u = 0; u < camera.width; ++u)
         CHECK(surface.edge_distance()(u, 20) == DepthSurface::far_from_edge);
     CHECK(surface.z()(31, 20) == 0.0f);
+}
+
+TEST_CASE("the depth surface fills cracks between parts of one surface", "[core]") {
+    DepthMap map = step(); // between the columns 49 and 50
+    for (int v = 10; v < 40; ++v) {
+        map(20, v) = 0;             // a crack of one pixel,
+        map(28, v) = map(29, v) = 0; // of two,
+        map(35, v) = map(36, v) = map(37, v) = 0;
+        map(70, v) = static_cast<std::uint16_t>(map(70, v) + 300); // a column behind it
+    }
+    for (const int crack_px : {0, 1, 2}) {
+        SurfaceOptions options;
+        options.smooth_radius_px = 0;
+        options.crack_px = crack_px;
+        DepthSurface surface(camera, options);
+        WorkerPool pool(1);
+        surface.build(map, pool);
+        CAPTURE(crack_px);
+        const float left = 0.001f * map(21, 20), right = 0.001f * map(60, 20);
+        CHECK((surface.z()(20, 20) != 0.0f) == (crack_px >= 1));
+        CHECK((surface.z()(28, 20) != 0.0f) == (crack_px >= 2));
+        CHECK((surface.z()(29, 20) != 0.0f) == (crack_px >= 2));
+        CHECK(surface.z()(36, 20) == 0.0f);
+        if (crack_px >= 1) {
+            CHECK(surface.z()(20, 20) == Approx(left));
+            CHECK(edge_distance_of(surface.z()(20, 20)) == DepthSurface::beside_edge);
+        }
+        // Three columns are on edges there.
+        CHECK(surface.z()(70, 20) == Approx(0.001f * map(70, 20)));
+        // What parts two surfaces stays.
+        for (const int u : {49, 50})
+            CHECK(edge_distance_of(surface.z()(u, 20)) == 1);
+        CHECK(surface.z()(49, 20) == Approx(left));
+        CHECK(surface.z()(50, 20) == Approx(right));
+    }
 }
 
 TEST_CASE("depth smoothing removes noise but does not cross depth edges", "[core]") {

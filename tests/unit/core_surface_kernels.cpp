@@ -211,3 +211,31 @@ TEST_CASE("a distance is at most one more than the next row's") {
     grow_from_row(next.data(), static_cast<int>(next.size()), values.data());
     CHECK(values == std::vector<std::uint8_t>{1, 2, 7, 7, 7, 4, 3, 2, 2, 2, 2, 2, 2, 2, 2, 2, 7});
 }
+
+TEST_CASE("cracks are pixels between two that are inside a surface, alike in vectors and singly",
+          "[core]") {
+    std::mt19937 random(8);
+    for (int round = 0; round < 200; ++round) {
+        const int count = 1 + static_cast<int>(random() % 70);
+        const unsigned one_in = round % 2 == 0 ? 2 : 6; // is outside
+        std::vector<std::vector<std::uint8_t>> rows(5);
+        for (auto &row : rows)
+            for (int u = 0; u < count + 4; ++u)
+                row.push_back(random() % one_in != 0);
+        std::vector<std::uint8_t> cracks(static_cast<std::size_t>(count), 9);
+        const auto row = [&](std::size_t i) { return rows[i].data() + 2; };
+        find_cracks({row(0), row(1), row(2), row(3), row(4)}, count, cracks.data());
+        for (int u = 0; u < count; ++u) {
+            const auto inside = [&](int du, int dv) {
+                return rows[static_cast<std::size_t>(2 + dv)][static_cast<std::size_t>(2 + u + du)];
+            };
+            bool between = false;
+            for (const auto &[du, dv] : {std::pair(1, 0), {0, 1}, {1, 1}, {-1, 1}})
+                for (const auto &[before, after] : {std::pair(1, 1), {1, 2}, {2, 1}})
+                    between = between || (inside(-before * du, -before * dv) &&
+                                          inside(after * du, after * dv));
+            CAPTURE(round, u);
+            REQUIRE(cracks[static_cast<std::size_t>(u)] == (between && !inside(0, 0)));
+        }
+    }
+}

@@ -10,13 +10,13 @@ namespace {
 
 const Intrinsics camera{300, 300, 159.5, 119.5, 320, 240};
 
-/// All coordinates of the corners of all smooth tiles.
+/// All coordinates of the corners of all mapped tiles.
 std::vector<float> corners(const TileMapping &tiles) {
     std::vector<float> found;
     for (int y = 0; y < tiles.rows(); ++y)
         for (int x = 0; x < tiles.columns(); ++x)
-            if (tiles.content(x, y) == TileContent::smooth) {
-                const MappedTile tile = tiles.mapped(x, y);
+            if (tiles.content(x, y) == TileContent::mapped) {
+                const MappedTile &tile = tiles.mapped(x, y);
                 for (const MappedCorner &corner : tile.corners)
                     found.insert(found.end(),
                                  {corner.u, corner.v, corner.z, corner.scale, corner.shift});

@@ -13,20 +13,22 @@ namespace {
 /// A camera of an odd size, so that neither vectors nor tiles fit.
 const Intrinsics camera{150, 150, 74.3, 50.8, 149, 103};
 
-SurfaceOptions as_measured() {
+SurfaceOptions as_measured(int crack_px) {
     SurfaceOptions options;
     options.smooth_radius_px = 0;
+    options.crack_px = crack_px;
     return options;
 }
 
 /// Warps a map, millimetres.
 struct Carried {
     explicit Carried(const DepthMap &map, const Pose &pose, int workers = 1,
-                     const WarpOptions &options = {}, const RollingShutter &shutter = {})
+                     const WarpOptions &options = {}, const RollingShutter &shutter = {},
+                     int crack_px = widest_crack_px)
         : millimetres(camera.width, camera.height, 9), edges(camera.width, camera.height, 9),
           depth(camera.width, camera.height) {
         WorkerPool pool(workers);
-        DepthSurface surface(camera, as_measured());
+        DepthSurface surface(camera, as_measured(crack_px));
         surface.build(map, pool);
         Warp warp(camera, camera, options, pool);
         drawn = warp.run(surface, pose, millimetres, edges, {}, shutter);
@@ -77,20 +79,38 @@ TEST_CASE("warping a map by the identity leaves it unchanged", "[core]") {
     DepthMap map = wall(0);
     for (std::uint16_t &mm : map.pixels())
         mm = random() % 5 == 0 ? 0 : static_cast<std::uint16_t>(1500 + random() % 20);
-    WarpOptions options = all_carried();
-    options.crack_px = 0;
-    const Carried carried(map, Pose::identity(), 1, options);
+    const Carried carried(map, Pose::identity(), 1, all_carried(), {}, 0);
     for (int v = 0; v < camera.height; ++v)
         for (int u = 0; u < camera.width; ++u)
             REQUIRE(carried.depth(u, v) == Approx(0.001 * map(u, v)).margin(1e-6));
 }
 
-TEST_CASE("warping moves a point to its projection and its new depth", "[core]") {
-    const Pose pose{rotation({0.02, -0.03, 0.05}), {0.03, -0.02, 0.05}};
+namespace {
+
+/// Points 9 pixels apart, by turns near and far, so that tiles of the view show both.
+DepthMap scattered_points() {
     DepthMap map = wall(0);
     for (int v = 4; v < camera.height; v += 9)
         for (int u = 4; u < camera.width; u += 9)
-            map(u, v) = static_cast<std::uint16_t>(1000 + 10 * u + v);
+            map(u, v) = static_cast<std::uint16_t>(((u + v) / 9 % 2 == 0 ? 1000 : 2500) + v);
+    return map;
+}
+
+/// The depth of a point where it is seen, metres, or, if nothing is there, on a pixel beside.
+float shown_at(const Carried &carried, int u, int v) {
+    for (const int dv : {0, -1, 1})
+        for (const int du : {0, -1, 1})
+            if (carried.depth.view().contains(u + du, v + dv) &&
+                carried.depth(u + du, v + dv) != 0.0f)
+                return carried.depth(u + du, v + dv);
+    return 0;
+}
+
+} // namespace
+
+TEST_CASE("warping moves a point to its projection and its new depth", "[core]") {
+    const Pose pose{rotation({0.02, -0.03, 0.05}), {0.03, -0.02, 0.05}};
+    const DepthMap map = scattered_points();
     const Carried carried(map, pose, 1, all_carried());
     int landed = 0;
     for (int v = 4; v < camera.height; v += 9)
@@ -113,13 +133,10 @@ TEST_CASE("warping moves a point to its projection and its new depth", "[core]")
 TEST_CASE("warping to a rolling shutter's view shows each row at the time when it is read",
           "[core]") {
     Twist motion;
-    motion << 0.02, -0.01, 0.03, 0.03, -0.02, 0.05;
-    DepthMap map = wall(0);
-    for (int v = 4; v < camera.height; v += 9)
-        for (int u = 4; u < camera.width; u += 9)
-            map(u, v) = static_cast<std::uint16_t>(1000 + 10 * u + v);
+    motion << 0.2, -0.1, 0.03, 0.03, -0.02, 0.05;
+    const DepthMap map = scattered_points();
     const Carried carried(map, Pose::identity(), 1, all_carried(), {.motion = motion});
-    int landed = 0, elsewhere = 0;
+    int seen = 0, landed = 0, elsewhere = 0;
     for (int v = 4; v < camera.height; v += 9)
         for (int u = 4; u < camera.width; u += 9) {
             const Eigen::Vector3d X = camera.back_project(u, v, 0.001 * map(u, v));
@@ -132,26 +149,29 @@ TEST_CASE("warping to a rolling shutter's view shows each row at the time when i
             const Eigen::Vector2i at = p.array().floor().cast<int>();
             if (!carried.depth.view().contains(at.x(), at.y()))
                 continue;
-            REQUIRE(carried.depth(at.x(), at.y()) == Approx(Y.z()).margin(6e-4));
-            ++landed;
+            // Where rows are hardly displaced, tiles are mapped to half a pixel.
+            REQUIRE(shown_at(carried, at.x(), at.y()) == Approx(Y.z()).margin(2e-3));
+            ++seen;
+            landed += carried.depth(at.x(), at.y()) != 0.0f;
             elsewhere += at != Eigen::Vector2i(u, v);
         }
-    CHECK(landed > 150);
+    CHECK(seen > 150);
+    CHECK(landed > 0.9 * seen);
     CHECK(elsewhere > 100);
 }
 
 TEST_CASE("warping lets a depth edge that is left out hide what is behind it", "[core]") {
-    // Seen from 10 cm to the left the plate hides the wall at its right side: it goes 15 pixels to
-    // the right and the wall 7.5.
+    // Seen from 10 cm to the left the plate hides the wall at its right side: it goes 14.7 pixels
+    // to the right and the wall half of that.
     const auto through_the_edge = [](bool edges_hide) {
         WarpOptions options;
         options.edges_hide = edges_hide;
-        const Carried carried(wall_and_plate(), shifted(0.1, 0, 0), 1, options);
+        const Carried carried(wall_and_plate(), shifted(0.098, 0, 0), 1, options);
         int through = 0;
         for (int v = 32; v < 68; ++v) {
             CHECK(carried.depth(85, v) == Approx(1).margin(0.01));  // the plate itself
             CHECK(carried.depth(110, v) == Approx(2).margin(0.01)); // and the wall beside it
-            // The plate ends somewhere between the columns 104 and 105 of the view.
+            // The plate fills the columns 65 to 104 of the view.
             for (int u = 66; u <= 104; ++u)
                 through += carried.depth(u, v) > 1.5;
         }
@@ -184,22 +204,18 @@ TEST_CASE("warping leaves disocclusions empty and does not widen silhouettes", "
 TEST_CASE("warping fills the cracks of a surface that is carried point by point", "[core]") {
     const Pose nearer = shifted(0, 0, -0.4); // 2 m to 1.6 m: one pixel in five is missed
     DepthMap pierced = wall(2000);           // so that its points are carried one by one
-    for (int v = 3; v < camera.height; v += 8)
-        for (int u = 3; u < camera.width; u += 8)
-            pierced(u, v) = 0;
-    WarpOptions torn;
-    torn.crack_px = 0;
-    const Carried left(pierced, nearer, 1, torn), filled(pierced, nearer);
+    for (int v = 3; v < camera.height; v += 12)
+        for (int u = 3; u < camera.width; u += 12)
+            pierced(u, v) = 1000;
+    const Carried left(pierced, nearer, 1, {}, {}, 0), filled(pierced, nearer);
     CHECK(left.holes(10) > 2000);
-    CHECK(filled.holes(10) == 0);
+    CHECK(filled.holes(10) < 0.1 * left.holes(10)); // those of the points in front of the wall
     for (const std::uint16_t mm : filled.millimetres.pixels())
         REQUIRE((mm == 0 || mm == 1600));
 }
 
 TEST_CASE("warping leaves no cracks in a smooth surface", "[core]") {
-    WarpOptions torn;
-    torn.crack_px = 0;
-    const Carried carried(wall(2000), shifted(0, 0, -0.4), 1, torn);
+    const Carried carried(wall(2000), shifted(0, 0, -0.4), 1, {}, {}, 0);
     // Tiles at the border are not all of the surface.
     CHECK(carried.holes(TileMapping::tile_px) == 0);
     for (const std::uint16_t mm : carried.millimetres.pixels())

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Kernels of the warp against the scalar code that they stand for.
 #include "core/keyframe/self_calibration.hpp"
+#include "core/keyframe/surface_point.hpp"
 #include "core/keyframe/surface_projection.hpp"
 #include "core/keyframe/warp_kernels.hpp"
 #include "tests/catch.hpp"
@@ -17,12 +18,14 @@ using namespace afterglow;
 
 namespace {
 
-/// Depths with steps and holes, metres.
+/// Points with steps, edges and holes, metres.
 std::vector<float> broken_depths(std::mt19937 &random, std::size_t count) {
     std::uniform_real_distribution<float> any(0.5f, 4.0f);
     std::vector<float> z;
     for (std::size_t i = 0; i < count; ++i)
-        z.push_back(random() % 7 == 0 ? 0.0f : any(random));
+        z.push_back(random() % 7 == 0 ? 0.0f
+                                      : with_edge_distance(any(random), static_cast<std::uint8_t>(
+                                                                            1 + random() % 7)));
     return z;
 }
 
@@ -149,19 +152,15 @@ TEST_CASE("a surface's points land on the pixels of the view that they are proje
     const RowMotion still = {Eigen::Matrix3f::Zero(), Eigen::Vector3f::Zero(), 0, 0, false};
     const LandingLimits limits = {0.1f, 12.0f, width, height, 2, 0, width};
     std::uniform_real_distribution<float> shift(-30.0f, 30.0f), along(-1.5f, 1.5f);
-    std::uniform_int_distribution<int> edge(0, 7);
     for (int round = 0; round < 200; ++round) {
         const auto padded = broken_depths(random, count + 2);
         const auto above = broken_depths(random, count), below = broken_depths(random, count);
-        std::vector<std::uint8_t> edges;
-        for (int i = 0; i < count; ++i)
-            edges.push_back(static_cast<std::uint8_t>(edge(random)));
         const RowProjection by = {{1.0f, along(random) * 0.1f, along(random) * 0.01f},
                                   {shift(random), shift(random), along(random)},
                                   {shift(random) * 0.1f, shift(random) * 0.1f, along(random)}};
         std::vector<int> offsets(count);
         std::vector<WarpedPixel> values(count);
-        project_points({padded.data(), above.data(), below.data(), edges.data(), 0, count}, by,
+        project_points({padded.data(), above.data(), below.data(), 0, count}, by,
                        still, limits, offsets.data(), values.data());
         for (int u = 0; u < count; ++u) {
             const auto i = static_cast<std::size_t>(u);
@@ -176,7 +175,7 @@ TEST_CASE("a surface's points land on the pixels of the view that they are proje
             if (close(x, 0) || close(x, width) || close(y, 0) || close(y, height) ||
                 close(x, std::round(x)) || close(y, std::round(y)))
                 continue;
-            const bool lands = z != 0.0f && edges[i] >= limits.least_edge_distance &&
+            const bool lands = edge_distance_of(z) >= limits.least_edge_distance &&
                                depth > limits.nearest && depth < limits.farthest && x >= 0 &&
                                x < width && y >= 0 && y < height;
             CAPTURE(round, u, z, depth, x, y);
@@ -222,60 +221,78 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "a smooth tile of the view shows the nearest pixels of the surface, moved along its slope") {
+    "a mapped tile of the view shows the nearest points of the surface, moved along its slope") {
     std::mt19937 random(7);
     std::uniform_real_distribution<float> some(-1.0f, 1.0f);
-    constexpr int width = 61, height = 53, size = mapped_tile_px;
-    for (int round = 0; round < 100; ++round) {
+    constexpr int width = 61, height = 53, size = mapped_tile_px, stride = size + 5;
+    for (int round = 0; round < 200; ++round) {
         const std::vector<float> z = broken_depths(random, width * height);
         const ImageView<const float> surface(z.data(), width, height);
+        const int least_edge_distance = 1 + round % 3;
         MappedTile tile;
+        tile.sloped = round % 5 != 0;
+        tile.in_picture = round % 2 == 0;
+        const float left = tile.in_picture ? 15 : -5, top = tile.in_picture ? 13 : 45;
         for (int i = 0; i < 4; ++i)
-            tile.corners[i] = {15.0f + size * static_cast<float>(i & 1) + 5 * some(random),
-                               13.0f + size * static_cast<float>(i >> 1) + 5 * some(random),
+            tile.corners[i] = {left + size * static_cast<float>(i & 1) + 5 * some(random),
+                               top + size * static_cast<float>(i >> 1) + 5 * some(random),
                                2.0f + 0.2f * some(random), 1000.0f + 100.0f * some(random),
                                100.0f * some(random)};
-        std::vector<std::uint16_t> drawn(size * (size + 5), 7);
-        std::array<int, size * size> offsets{};
-        const bool whole = draw_mapped(tile, surface, drawn.data(), size + 5, offsets.data());
+        std::vector<std::uint16_t> drawn(size * stride, 7);
+        std::vector<std::uint8_t> edges(size * stride, 77);
+        const int found = draw_mapped(tile, surface, least_edge_distance,
+                                      ImageView(drawn.data(), size, size, stride),
+                                      ImageView(edges.data(), size, size, stride));
         const MappedCorner &a = tile.corners[0], &b = tile.corners[1];
         const MappedCorner &c = tile.corners[2], &e = tile.corners[3];
         const Eigen::Matrix2f diagonals{{e.u - a.u, e.v - a.v}, {c.u - b.u, c.v - b.v}};
+        const float steepest = tile.sloped ? 0.03f * a.z : 0;
         const Eigen::Vector2f slope = (diagonals.inverse() * Eigen::Vector2f(e.z - a.z, c.z - b.z))
-                                          .cwiseMax(-0.03f * a.z)
-                                          .cwiseMin(0.03f * a.z);
-        bool holes = false;
+                                          .cwiseMax(-steepest)
+                                          .cwiseMin(steepest);
+        int there = 0, beyond = 0;
         for (int y = 0; y < size; ++y)
             for (int x = 0; x < size; ++x) {
                 const float across = static_cast<float>(x) / size;
                 const float down = static_cast<float>(y) / size;
                 const auto between = [&](float MappedCorner::*of) {
-                    const float left = a.*of + down * (c.*of - a.*of);
-                    return left + across * (b.*of + down * (e.*of - b.*of) - left);
+                    const float first = a.*of + down * (c.*of - a.*of);
+                    return first + across * (b.*of + down * (e.*of - b.*of) - first);
                 };
                 const float u = between(&MappedCorner::u), v = between(&MappedCorner::v);
+                const auto at = static_cast<std::size_t>(y * stride + x);
+                there += edges[at] != 0;
                 // Either of two pixels may be the nearest.
-                const auto halfway = [](float at) {
-                    return std::abs(at - std::floor(at) - 0.5f) < 1e-3f;
+                const auto halfway = [](float place) {
+                    return std::abs(place - std::floor(place) - 0.5f) < 1e-3f;
                 };
-                const int offset = offsets[static_cast<std::size_t>(y * size + x)];
-                const float depth = z[static_cast<std::size_t>(offset)];
-                holes = holes || depth == 0.0f;
                 if (halfway(u) || halfway(v))
                     continue;
-                const float nu = std::floor(u + 0.5f), nv = std::floor(v + 0.5f);
+                const int nu = static_cast<int>(std::floor(u + 0.5f));
+                const int nv = static_cast<int>(std::floor(v + 0.5f));
+                // Just before the first column or row it may be taken for that.
+                if ((nu == -1 || nv == -1) && !tile.in_picture)
+                    continue;
+                beyond += !surface.contains(nu, nv);
+                const float depth = surface.contains(nu, nv) ? surface(nu, nv) : 0;
                 CAPTURE(round, x, y, u, v);
-                REQUIRE(offset == static_cast<int>(nv) * width + static_cast<int>(nu));
-                const float moved = depth + slope.x() * (u - nu) + slope.y() * (v - nv);
-                const float reading = depth == 0.0f ? 0.0f
-                                                    : moved * between(&MappedCorner::scale) +
-                                                          between(&MappedCorner::shift);
-                REQUIRE(std::abs(drawn[static_cast<std::size_t>(y * (size + 5) + x)] - reading) <
-                        0.51f);
+                if (edge_distance_of(depth) < least_edge_distance) {
+                    REQUIRE((drawn[at] == 0 && edges[at] == 0));
+                    continue;
+                }
+                const float moved = depth + slope.x() * (u - static_cast<float>(nu)) +
+                                    slope.y() * (v - static_cast<float>(nv));
+                const float reading =
+                    moved * between(&MappedCorner::scale) + between(&MappedCorner::shift);
+                REQUIRE(std::abs(drawn[at] - reading) < 0.51f);
+                REQUIRE(edges[at] == edge_distance_of(depth));
             }
-        REQUIRE(whole == !holes);
+        REQUIRE(found == there);
+        REQUIRE((beyond > 0) == !tile.in_picture);
         for (int y = 0; y < size; ++y) // and nothing beside the tile
-            for (int x = size; x < size + 5; ++x)
-                REQUIRE(drawn[static_cast<std::size_t>(y * (size + 5) + x)] == 7);
+            for (int x = size; x < stride; ++x) {
+                REQUIRE(drawn[static_cast<std::size_t>(y * stride + x)] == 7);
+                REQUIRE(edges[static_cast<std::size_t>(y * stride + x)] == 77);
+            }
     }
 }

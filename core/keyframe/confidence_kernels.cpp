@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+// Compiled once for each instruction set; the best of them is chosen when first called.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "core/keyframe/confidence_kernels.cpp"
+#include "core/keyframe/confidence_kernels.hpp"
+
+#include "core/estimate.hpp"
+
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace afterglow::HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+std::uint32_t look_up_singly(const std::uint16_t *depth, const std::uint8_t *classes, int count,
+                             const std::uint8_t *table, std::uint8_t *confidence) {
+    std::uint32_t sum = 0;
+    for (int i = 0; i < count; ++i) {
+        confidence[i] =
+            depth[i] == 0 ? 0 : table[place_in_table(classes[i], depth_bin(depth[i]))];
+        sum += confidence[i];
+    }
+    return sum;
+}
+
+#if HWY_TARGET == HWY_SCALAR
+constexpr int run = 1;
+std::uint32_t look_up_run(const std::uint16_t *depth, const std::uint8_t *classes,
+                          const std::uint8_t *table, std::uint8_t *confidence) {
+    return look_up_singly(depth, classes, run, table, confidence);
+}
+DepthExtent range_of_row(const std::uint16_t *depth, int count, DepthExtent range) {
+    for (int i = 0; i < count; ++i)
+        if (depth[i] != 0) {
+            range.nearest = std::min<std::uint16_t>(range.nearest, depth[i] - 1);
+            range.farthest = std::max(range.farthest, depth[i]);
+        }
+    return range;
+}
+#else
+/// So many pixels at once: a table of two bins has as many bytes.
+constexpr int run = 2 * class_layer;
+using Classes = hn::CappedTag<std::uint8_t, run>;
+using Depths = hn::CappedTag<std::uint16_t, run / 2>;
+
+/// Of a run of pixels.
+std::uint32_t look_up_run(const std::uint16_t *depth, const std::uint8_t *classes,
+                          const std::uint8_t *table, std::uint8_t *confidence) {
+    const Classes d8;
+    const Depths d;
+    const hn::RebindToSigned<Depths> di;
+    const hn::Half<Classes> half;
+    const hn::RebindToSigned<decltype(half)> half_signed;
+    const auto left = hn::LoadU(d, depth), right = hn::LoadU(d, depth + run / 2);
+    const auto of = hn::LoadU(d8, classes);
+    const auto one = hn::Set(d, 1);
+    // Less one, no depth is beyond all.
+    const auto near = hn::MinOfLanes(d, hn::Min(hn::Sub(left, one), hn::Sub(right, one)));
+    const auto nearest = static_cast<std::uint16_t>(hn::GetLane(near) + 1);
+    const std::uint16_t farthest = hn::GetLane(hn::MaxOfLanes(d, hn::Max(left, right)));
+    if (farthest == 0) {
+        hn::StoreU(hn::Zero(d8), d8, confidence);
+        return 0;
+    }
+    const int bin = std::min(depth_bin(nearest), depth_bins - 2);
+    const bool two_bins = depth_bin(farthest) <= bin + 1;
+    const bool one_layer = hn::AllTrue(d8, hn::Lt(of, hn::Set(d8, class_layer)));
+    if (!(two_bins && one_layer))
+        return look_up_singly(depth, classes, run, table, confidence);
+    const auto last_of_bin =
+        hn::Set(d, static_cast<std::uint16_t>((bin + 1) * depth_bin_mm - 1));
+    const auto next_bin = [&](auto depths) HWY_ATTR {
+        const auto beyond = hn::VecFromMask(d, hn::Gt(depths, last_of_bin));
+        return hn::BitCast(half, hn::DemoteTo(half_signed, hn::BitCast(di, beyond)));
+    };
+    const auto in_next = hn::Combine(d8, next_bin(right), next_bin(left));
+    const auto place = hn::Or(of, hn::And(in_next, hn::Set(d8, class_layer)));
+    const auto of_bins = hn::LoadU(d8, table + place_in_table(0, bin));
+    const auto found = hn::TableLookupBytes(of_bins, place);
+    hn::StoreU(found, d8, confidence);
+    const hn::Repartition<std::uint64_t, Classes> sums;
+    return static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(sums, hn::SumsOf8(found))));
+}
+
+/// With what is known of other rows; `nearest` less one.
+DepthExtent range_of_row(const std::uint16_t *depth, int count, DepthExtent range) {
+    const Depths d;
+    const auto one = hn::Set(d, 1);
+    auto near = hn::Set(d, range.nearest), far = hn::Set(d, range.farthest);
+    int i = 0;
+    for (; i + run / 2 <= count; i += run / 2) {
+        const auto at = hn::LoadU(d, depth + i);
+        near = hn::Min(near, hn::Sub(at, one));
+        far = hn::Max(far, at);
+    }
+    range = {hn::GetLane(hn::MinOfLanes(d, near)), hn::GetLane(hn::MaxOfLanes(d, far))};
+    for (; i < count; ++i) {
+        range.nearest = std::min(range.nearest, static_cast<std::uint16_t>(depth[i] - 1));
+        range.farthest = std::max(range.farthest, depth[i]);
+    }
+    return range;
+}
+#endif
+
+DepthExtent range_of(ImageView<const std::uint16_t> depth) {
+    DepthExtent range = {0xffff, 0};
+    for (int v = 0; v < depth.height(); ++v)
+        range = range_of_row(depth.row(v), depth.width(), range);
+    range.nearest = static_cast<std::uint16_t>(range.nearest + 1);
+    return range;
+}
+
+std::uint32_t look_up(const JudgedPixels &pixels, const std::uint8_t *table,
+                      ImageView<std::uint8_t> confidence) {
+    std::uint32_t sum = 0;
+    for (int v = 0; v < confidence.height(); ++v) {
+        const std::uint16_t *const depth = pixels.depth.row(v);
+        const std::uint8_t *const classes = pixels.classes.row(v);
+        std::uint8_t *const out = confidence.row(v);
+        int u = 0;
+        for (; u + run <= confidence.width(); u += run)
+            sum += look_up_run(depth + u, classes + u, table, out + u);
+        sum += look_up_singly(depth + u, classes + u, confidence.width() - u, table, out + u);
+    }
+    return sum;
+}
+
+Overlaid overlay(const std::uint16_t *HWY_RESTRICT measured, int count,
+                 std::uint16_t *HWY_RESTRICT depth, std::uint8_t *HWY_RESTRICT confidence) {
+    Overlaid found;
+    int u = 0;
+#if HWY_TARGET != HWY_SCALAR
+    const Depths d;
+    const hn::RebindToSigned<Depths> di;
+    const hn::Half<Classes> d8;
+    const hn::RebindToSigned<decltype(d8)> d8i;
+    const hn::Repartition<std::uint64_t, decltype(d8)> sums;
+    const auto surely = hn::Set(d8, measured_confidence);
+    auto gained = hn::Zero(sums);
+    auto covered = hn::Zero(d);
+    for (; u + run / 2 <= count; u += run / 2) {
+        const auto in = hn::LoadU(d, measured + u), was = hn::LoadU(d, depth + u);
+        const auto none = hn::Zero(d);
+        const auto nothing = hn::VecFromMask(d, hn::Eq(in, none));
+        hn::StoreU(hn::Or(in, hn::And(nothing, was)), d, depth + u);
+        const auto new_ones = hn::AndNot(nothing, hn::VecFromMask(d, hn::Eq(was, none)));
+        covered = hn::Sub(covered, new_ones);
+        const auto there =
+            hn::Not(hn::BitCast(d8, hn::DemoteTo(d8i, hn::BitCast(di, nothing))));
+        const auto before = hn::LoadU(d8, confidence + u);
+        gained = hn::Add(gained, hn::SumsOf8(hn::AndNot(before, there)));
+        hn::StoreU(hn::Or(before, hn::And(there, surely)), d8, confidence + u);
+    }
+    found.gained = static_cast<std::int64_t>(hn::GetLane(hn::SumOfLanes(sums, gained)));
+    found.covered = static_cast<int>(hn::GetLane(hn::SumOfLanes(d, covered)));
+#endif
+    for (; u < count; ++u) {
+        if (measured[u] == 0)
+            continue;
+        found.covered += static_cast<int>(depth[u] == 0);
+        found.gained += measured_confidence - confidence[u];
+        depth[u] = measured[u];
+        confidence[u] = measured_confidence;
+    }
+    return found;
+}
+
+} // namespace
+} // namespace afterglow::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace afterglow {
+namespace {
+
+HWY_EXPORT(range_of);
+HWY_EXPORT(look_up);
+HWY_EXPORT(overlay);
+
+} // namespace
+
+DepthExtent depth_extent(ImageView<const std::uint16_t> depth) {
+    return HWY_DYNAMIC_DISPATCH(range_of)(depth);
+}
+
+std::uint32_t look_up_confidences(const JudgedPixels &pixels, const std::uint8_t *table,
+                                  ImageView<std::uint8_t> confidence) {
+    return HWY_DYNAMIC_DISPATCH(look_up)(pixels, table, confidence);
+}
+
+Overlaid lay_over(const std::uint16_t *measured, int count, std::uint16_t *depth,
+                  std::uint8_t *confidence) {
+    return HWY_DYNAMIC_DISPATCH(overlay)(measured, count, depth, confidence);
+}
+
+} // namespace afterglow
+#endif

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/base/image.hpp"
+
+#include <algorithm>
+#include <cstdint>
+
+namespace afterglow {
+
+/// A pixel's class: the distance of its point from the next depth edge, below class_layer, and in
+/// which of several maps it lies.
+constexpr int class_layer = 8;
+/// Bins of depth by which confidences are told; the last has what is farther.
+constexpr int depth_bins = 128, depth_bin_mm = 100;
+
+constexpr int depth_bin(std::uint16_t millimetres) {
+    return std::min(millimetres / depth_bin_mm, depth_bins - 1);
+}
+/// Where a table has the confidence of a class and a bin: all edge distances of a bin are neighbours,
+/// then come the next bin's, then the next layer's.
+constexpr int place_in_table(int pixel_class, int bin) {
+    const int layer = pixel_class / class_layer;
+    return (layer * depth_bins + bin) * class_layer + pixel_class % class_layer;
+}
+
+/// Least and greatest depth of the pixels that have any, millimetres; both 0 if none has.
+struct DepthExtent {
+    std::uint16_t nearest, farthest;
+};
+DepthExtent depth_extent(ImageView<const std::uint16_t> depth);
+
+/// Pixels that are given a confidence by their depth (millimetres, 0 = none) and class.
+struct JudgedPixels {
+    ImageView<const std::uint16_t> depth;
+    ImageView<const std::uint8_t> classes;
+};
+/// Looks up the confidences of the pixels that have depth in `table`, of which the bins in their
+/// range of depths are read, and at least two; others get none, their class is 0. Returns the sum
+/// of the confidences. Real-time safe.
+std::uint32_t look_up_confidences(const JudgedPixels &pixels, const std::uint8_t *table,
+                                  ImageView<std::uint8_t> confidence);
+
+/// What a measured map changes where it is laid over another one.
+struct Overlaid {
+    int covered = 0;           ///< pixels that had no depth and have it now
+    std::int64_t gained = 0;   ///< sum of the confidences, by how much it is more
+};
+/// Pixels of a row that are measured (millimetres, 0 = none) get that depth and
+/// measured_confidence. Real-time safe.
+Overlaid lay_over(const std::uint16_t *measured, int count, std::uint16_t *depth,
+                  std::uint8_t *confidence);
+
+} // namespace afterglow

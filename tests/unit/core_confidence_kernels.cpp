@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+// Kernels of confidences against the scalar code that they stand for.
+#include "core/estimate.hpp"
+#include "core/keyframe/confidence_kernels.hpp"
+#include "tests/catch.hpp"
+
+#include <algorithm>
+#include <random>
+#include <vector>
+
+using namespace afterglow;
+
+namespace {
+
+/// A map of surfaces that are `spread` millimetres deep, with holes.
+Image<std::uint16_t> some_depths(std::mt19937 &random, int width, int height, unsigned spread) {
+    Image<std::uint16_t> depth(width, height);
+    std::uint16_t base = 0;
+    for (std::uint16_t &mm : depth.pixels()) {
+        if (random() % 50 == 0)
+            base = static_cast<std::uint16_t>(1 + random() % 16000);
+        mm = random() % 9 == 0 ? 0 : static_cast<std::uint16_t>(base + random() % spread);
+    }
+    return depth;
+}
+
+} // namespace
+
+TEST_CASE("confidences are looked up alike in vectors and one by one", "[core]") {
+    std::mt19937 random(1);
+    constexpr int layers = 3;
+    std::vector<std::uint8_t> table(layers * class_layer * depth_bins);
+    for (std::size_t i = 0; i < table.size(); ++i)
+        table[i] = i % class_layer == 0 ? 0 : static_cast<std::uint8_t>(1 + random() % 250);
+    for (int round = 0; round < 300; ++round) {
+        const int width = 1 + static_cast<int>(random() % 60), height = 3;
+        const unsigned spread = round % 3 == 0 ? 30 : round % 3 == 1 ? 150 : 5000;
+        const auto depth = some_depths(random, width, height, spread);
+        Image<std::uint8_t> classes(width, height), confidence(width, height, 99);
+        const unsigned most_layers = round % 2 == 0 ? 1 : layers;
+        for (std::size_t i = 0; i < depth.pixels().size(); ++i)
+            if (depth.pixels()[i] != 0)
+                classes.pixels()[i] = static_cast<std::uint8_t>(
+                    random() % most_layers * class_layer + 1 + random() % (class_layer - 1));
+        const std::uint32_t sum = look_up_confidences({depth, classes}, table.data(), confidence);
+        std::uint32_t expected_sum = 0;
+        for (std::size_t i = 0; i < depth.pixels().size(); ++i) {
+            const std::uint16_t mm = depth.pixels()[i];
+            const int place =
+                place_in_table(classes.pixels()[i], std::min(mm / depth_bin_mm, depth_bins - 1));
+            const int expected = mm == 0 ? 0 : table[static_cast<std::size_t>(place)];
+            CAPTURE(round, i, mm);
+            REQUIRE(confidence.pixels()[i] == expected);
+            expected_sum += static_cast<std::uint32_t>(expected);
+        }
+        REQUIRE(sum == expected_sum);
+    }
+}
+
+TEST_CASE("the extent of depths leaves holes out", "[core]") {
+    std::mt19937 random(2);
+    for (int round = 0; round < 100; ++round) {
+        const int width = 1 + static_cast<int>(random() % 40);
+        const auto depth = some_depths(random, width, 2, 3000);
+        std::uint16_t nearest = 0, farthest = 0;
+        for (const std::uint16_t mm : depth.pixels())
+            if (mm != 0) {
+                nearest = nearest == 0 ? mm : std::min(nearest, mm);
+                farthest = std::max(farthest, mm);
+            }
+        const DepthExtent found = depth_extent(depth);
+        REQUIRE(found.nearest == nearest);
+        REQUIRE(found.farthest == farthest);
+    }
+    const DepthExtent none = depth_extent(DepthMap(40, 3));
+    CHECK((none.nearest == 0 && none.farthest == 0));
+}
+
+TEST_CASE("a measured row replaces what it has and leaves the rest", "[core]") {
+    std::mt19937 random(3);
+    for (int round = 0; round < 200; ++round) {
+        const int count = 1 + static_cast<int>(random() % 70);
+        const auto measured = some_depths(random, count, 1, 900);
+        auto depth = some_depths(random, count, 1, 900);
+        Image<std::uint8_t> confidence(count, 1);
+        for (int u = 0; u < count; ++u)
+            confidence(u, 0) = depth(u, 0) == 0 ? std::uint8_t{0}
+                                                : static_cast<std::uint8_t>(1 + random() % 255);
+        const auto old_depth = depth;
+        const auto old_confidence = confidence;
+        const Overlaid found = lay_over(measured.row(0), count, depth.row(0), confidence.row(0));
+        int covered = 0;
+        std::int64_t gained = 0;
+        for (int u = 0; u < count; ++u) {
+            const bool there = measured(u, 0) != 0;
+            CAPTURE(round, u);
+            REQUIRE(depth(u, 0) == (there ? measured(u, 0) : old_depth(u, 0)));
+            REQUIRE(confidence(u, 0) == (there ? measured_confidence : old_confidence(u, 0)));
+            covered += there && old_depth(u, 0) == 0;
+            gained += confidence(u, 0) - old_confidence(u, 0);
+        }
+        REQUIRE(found.covered == covered);
+        REQUIRE(found.gained == gained);
+    }
+}
