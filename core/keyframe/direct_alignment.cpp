@@ -178,8 +178,11 @@ void DirectAlignment::sum_up_part(const TemplatePoints &points, int begin, int e
             continue;
         for (int i = 0; i < TemplatePoints::derivatives; ++i)
             columns[static_cast<std::size_t>(i)] = points.J.col(i).data() + first;
-        part.products.add(columns, residuals.weight.data(),
-                          wanted == Wanted::brightness ? first_of_brightness : 0);
+        if (wanted == Wanted::error)
+            part.products.add_with_last(columns, residuals.weight.data());
+        else
+            part.products.add(columns, residuals.weight.data(),
+                              wanted == Wanted::brightness ? first_of_brightness : 0);
     }
 }
 
@@ -191,19 +194,22 @@ bool DirectAlignment::refine(const AlignmentTemplate &reference, const Pyramid &
         const int all = reference.points(level).count;
         const float enough = level > finest ? coarse_step : last_step;
         float scale = 8.0f; // generous until the residuals have shown their own
+        Matrix curvature;   // of the level's first step: later ones are short
         for (int i = 0; i < options_.iterations_per_level; ++i) {
             look_up(reference, image, level, found);
             if (i == 0) {
                 sum_up(reference, level, found, scale, Wanted::scale, sums);
                 scale = sums.scale();
             }
-            sum_up(reference, level, found, scale, Wanted::all, sums);
+            sum_up(reference, level, found, scale, i == 0 ? Wanted::all : Wanted::error, sums);
             if (sums.visible < std::min(options_.least_points, all / 2) || sums.visible < 12)
                 return false; // nothing to hold on to
-            if (i > 0)
+            if (i == 0)
+                curvature = sums.normal_matrix();
+            else
                 scale = std::clamp(sums.scale(), 0.5f * scale, 2.0f * scale);
             // Damping relative to each unknown's own curvature.
-            Matrix H = sums.normal_matrix();
+            Matrix H = curvature;
             Vector g = sums.right_side();
             const float stiffness = scale * scale / options_.independent_share;
             H.topLeftCorner<6, 6>() += stiffness * prior.information;

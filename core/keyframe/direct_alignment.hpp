@@ -93,8 +93,8 @@ private:
         void add(const Part &other);
     };
     struct Sums;
-    /// Which products sum_up() finds: none, those of gain and offset, or all.
-    enum class Wanted { scale, brightness, all };
+    /// Which products sum_up() finds: none, those of gain and offset, those with the error, or all.
+    enum class Wanted { scale, brightness, error, all };
     /// Fills grey_ with what the image shows at the points of a level.
     void look_up(const AlignmentTemplate &reference, const Pyramid &image, int level,
                  const Placement &at);

@@ -77,6 +77,29 @@ void add_products(const float *const *columns, int first, int end, const float *
     }
 }
 
+/// The same for the products of all columns with column `last`.
+void add_products_with(const float *const *columns, int last, const float *HWY_RESTRICT weight,
+                       double *HWY_RESTRICT sums) {
+    constexpr int rows = WeightedProducts::rows, width = WeightedProducts::most_columns;
+    const Lanes d;
+    HWY_ALIGN float weighted[rows];
+    for (int row = 0; row < rows; row += static_cast<int>(hn::Lanes(d)))
+        hn::Store(hn::Mul(hn::LoadU(d, weight + row), hn::LoadU(d, columns[last] + row)), d,
+                  weighted + row);
+    for (int i = 0; i <= last; i += 2) {
+        const float *const column0 = columns[i], *const column1 = columns[i + 1];
+        auto s0 = hn::Zero(d), s1 = s0;
+        for (int row = 0; row < rows; row += static_cast<int>(hn::Lanes(d))) {
+            const auto w = hn::Load(d, weighted + row);
+            s0 = hn::MulAdd(w, hn::LoadU(d, column0 + row), s0);
+            s1 = hn::MulAdd(w, hn::LoadU(d, column1 + row), s1);
+        }
+        sums[i * width + last] += hn::GetLane(hn::SumOfLanes(d, s0));
+        if (i < last)
+            sums[(i + 1) * width + last] += hn::GetLane(hn::SumOfLanes(d, s1));
+    }
+}
+
 } // namespace
 } // namespace afterglow::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -86,16 +109,29 @@ namespace afterglow {
 namespace {
 
 HWY_EXPORT(add_products);
+HWY_EXPORT(add_products_with);
+
+using Columns = std::array<const float *, WeightedProducts::most_columns>;
+
+/// With columns of zeros to the end.
+Columns padded(std::span<const float *const> columns) {
+    static constexpr std::array<float, WeightedProducts::rows> nothing{};
+    Columns all;
+    all.fill(nothing.data());
+    std::ranges::copy(columns, all.begin());
+    return all;
+}
 
 } // namespace
 
 void WeightedProducts::add(std::span<const float *const> columns, const float *weight, int first) {
-    static constexpr std::array<float, rows> nothing{};
-    std::array<const float *, most_columns> padded;
-    padded.fill(nothing.data());
-    std::ranges::copy(columns, padded.begin());
     const int end = (static_cast<int>(columns.size()) + 3) / 4 * 4;
-    HWY_DYNAMIC_DISPATCH(add_products)(padded.data(), first, end, weight, sums_.data());
+    HWY_DYNAMIC_DISPATCH(add_products)(padded(columns).data(), first, end, weight, sums_.data());
+}
+
+void WeightedProducts::add_with_last(std::span<const float *const> columns, const float *weight) {
+    HWY_DYNAMIC_DISPATCH(add_products_with)
+    (padded(columns).data(), static_cast<int>(columns.size()) - 1, weight, sums_.data());
 }
 
 } // namespace afterglow

@@ -21,6 +21,8 @@ public:
     /// at most most_columns; all, and `weight`, have `rows` finite values. `first`: a multiple
     /// of 4.
     void add(std::span<const float *const> columns, const float *weight, int first = 0);
+    /// The same for all i and the last column j alone.
+    void add_with_last(std::span<const float *const> columns, const float *weight);
     void add(const WeightedProducts &other) {
         for (std::size_t i = 0; i < sums_.size(); ++i)
             sums_[i] += other.sums_[i];
