@@ -7,6 +7,7 @@
 #include "core/keyframe/surface_point.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -16,42 +17,32 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// As many whole pieces of a row as fill vectors, from the left. Depths are not negative, so their
-/// bits are in their order; less one, no depth is beyond all, and no edge distance, too. Returns
-/// how many pieces it has found.
-int find_row(ImageView<const float> z, int first_row, float *HWY_RESTRICT nearest,
-             float *HWY_RESTRICT farthest, std::uint8_t *HWY_RESTRICT edges) {
+/// The whole pieces of a row of pieces. Depths are not negative, so their bits are in their order;
+/// less one, no depth is beyond all, and no edge distance, too.
+void find_row(ImageView<const float> z, int first_row, float *HWY_RESTRICT nearest,
+              float *HWY_RESTRICT farthest, std::uint8_t *HWY_RESTRICT edges) {
     constexpr int px = SurfacePieces::piece_px;
-    static_assert(px == 4, "so many columns are loaded at once");
-    const hn::ScalableTag<std::uint32_t> d;
-    const hn::RebindToSigned<decltype(d)> di;
-    const hn::Rebind<float, decltype(d)> df;
-    const hn::Rebind<std::uint8_t, decltype(d)> d8;
-    const int lanes = static_cast<int>(hn::Lanes(d)), whole = z.width() / px;
+    const hn::CappedTag<std::uint32_t, px> d;
+    const hn::RebindToFloat<decltype(d)> df;
     const int end_row = std::min(first_row + px, z.height());
     const auto one = hn::Set(d, 1), edge_bits = hn::Set(d, edge_distance_bits);
-    const auto has_holes = hn::Set(d, SurfacePieces::has_holes);
-    int x = 0;
-    for (; x + lanes <= whole; x += lanes) {
-        auto least = hn::Set(d, ~std::uint32_t{0}), near = least, edge = least, far = hn::Zero(d);
-        for (int v = first_row; v < end_row; ++v) {
-            hn::Vec<decltype(df)> depths[px];
-            hn::LoadInterleaved4(df, z.row(v) + x * px, depths[0], depths[1], depths[2], depths[3]);
-            for (const auto &column : depths) {
-                const auto bits = hn::BitCast(d, column);
+    for (int x = 0; x < z.width() / px; ++x) {
+        auto near = hn::Set(d, ~std::uint32_t{0}), edge = near, least = near, far = hn::Zero(d);
+        for (int v = first_row; v < end_row; ++v)
+            for (int u = x * px; u < (x + 1) * px; u += static_cast<int>(hn::Lanes(d))) {
+                const auto bits = hn::BitCast(d, hn::LoadU(df, z.row(v) + u));
                 least = hn::Min(least, bits);
                 near = hn::Min(near, hn::Sub(bits, one));
                 edge = hn::Min(edge, hn::Sub(hn::And(bits, edge_bits), one));
                 far = hn::Max(far, bits);
             }
-        }
-        hn::StoreU(hn::BitCast(df, hn::Add(near, one)), df, nearest + x);
-        hn::StoreU(hn::BitCast(df, far), df, farthest + x);
-        const auto holes = hn::Eq(least, hn::Zero(d));
-        const auto found = hn::Or(hn::Add(edge, one), hn::IfThenElseZero(holes, has_holes));
-        hn::StoreU(hn::DemoteTo(d8, hn::BitCast(di, found)), d8, edges + x);
+        const auto of_all = [&](auto value) HWY_ATTR { return hn::GetLane(value); };
+        nearest[x] = std::bit_cast<float>(of_all(hn::MinOfLanes(d, near)) + 1);
+        farthest[x] = std::bit_cast<float>(of_all(hn::MaxOfLanes(d, far)));
+        const bool holes = of_all(hn::MinOfLanes(d, least)) == 0;
+        edges[x] = static_cast<std::uint8_t>((of_all(hn::MinOfLanes(d, edge)) + 1) |
+                                             (holes ? SurfacePieces::has_holes : 0));
     }
-    return x;
 }
 
 } // namespace
@@ -80,8 +71,8 @@ void SurfacePieces::find(ImageView<const float> z) {
         const int first_row = y * piece_px, end_row = std::min(first_row + piece_px, z.height());
         float *const nearest = nearest_.row(y), *const farthest = farthest_.row(y);
         std::uint8_t *const edges = edges_.row(y);
-        int x = HWY_DYNAMIC_DISPATCH(find_row)(z, first_row, nearest, farthest, edges);
-        for (; x < nearest_.width(); ++x) {
+        HWY_DYNAMIC_DISPATCH(find_row)(z, first_row, nearest, farthest, edges);
+        for (int x = z.width() / piece_px; x < nearest_.width(); ++x) {
             float near = 0, far = 0;
             std::uint8_t edge = 0, holes = 0;
             for (int v = first_row; v < end_row; ++v)

@@ -13,7 +13,7 @@ namespace afterglow {
 /// Allocates when made; find() is real-time safe.
 class SurfacePieces {
 public:
-    static constexpr int piece_px = 4;
+    static constexpr int piece_px = 8;
     static constexpr std::uint8_t has_holes = 8;
 
     SurfacePieces(int width, int height);
