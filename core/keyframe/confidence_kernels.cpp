@@ -19,8 +19,7 @@ std::uint32_t look_up_singly(const std::uint16_t *depth, const std::uint8_t *cla
                              const std::uint8_t *table, std::uint8_t *confidence) {
     std::uint32_t sum = 0;
     for (int i = 0; i < count; ++i) {
-        confidence[i] =
-            depth[i] == 0 ? 0 : table[place_in_table(classes[i], depth_bin(depth[i]))];
+        confidence[i] = depth[i] == 0 ? 0 : table[place_in_table(classes[i], depth_bin(depth[i]))];
         sum += confidence[i];
     }
     return sum;
@@ -70,8 +69,7 @@ std::uint32_t look_up_run(const std::uint16_t *depth, const std::uint8_t *classe
     const bool one_layer = hn::AllTrue(d8, hn::Lt(of, hn::Set(d8, class_layer)));
     if (!(two_bins && one_layer))
         return look_up_singly(depth, classes, run, table, confidence);
-    const auto last_of_bin =
-        hn::Set(d, static_cast<std::uint16_t>((bin + 1) * depth_bin_mm - 1));
+    const auto last_of_bin = hn::Set(d, static_cast<std::uint16_t>((bin + 1) * depth_bin_mm - 1));
     const auto next_bin = [&](auto depths) HWY_ATTR {
         const auto beyond = hn::VecFromMask(d, hn::Gt(depths, last_of_bin));
         return hn::BitCast(half, hn::DemoteTo(half_signed, hn::BitCast(di, beyond)));
@@ -148,8 +146,7 @@ Overlaid overlay(const std::uint16_t *HWY_RESTRICT measured, int count,
         hn::StoreU(hn::Or(in, hn::And(nothing, was)), d, depth + u);
         const auto new_ones = hn::AndNot(nothing, hn::VecFromMask(d, hn::Eq(was, none)));
         covered = hn::Sub(covered, new_ones);
-        const auto there =
-            hn::Not(hn::BitCast(d8, hn::DemoteTo(d8i, hn::BitCast(di, nothing))));
+        const auto there = hn::Not(hn::BitCast(d8, hn::DemoteTo(d8i, hn::BitCast(di, nothing))));
         const auto before = hn::LoadU(d8, confidence + u);
         gained = hn::Add(gained, hn::SumsOf8(hn::AndNot(before, there)));
         hn::StoreU(hn::Or(before, hn::And(there, surely)), d8, confidence + u);

@@ -17,8 +17,8 @@ constexpr int depth_bins = 128, depth_bin_mm = 100;
 constexpr int depth_bin(std::uint16_t millimetres) {
     return std::min(millimetres / depth_bin_mm, depth_bins - 1);
 }
-/// Where a table has the confidence of a class and a bin: all edge distances of a bin are neighbours,
-/// then come the next bin's, then the next layer's.
+/// Where a table has the confidence of a class and a bin: all edge distances of a bin are
+/// neighbours, then come the next bin's, then the next layer's.
 constexpr int place_in_table(int pixel_class, int bin) {
     const int layer = pixel_class / class_layer;
     return (layer * depth_bins + bin) * class_layer + pixel_class % class_layer;
@@ -43,8 +43,8 @@ std::uint32_t look_up_confidences(const JudgedPixels &pixels, const std::uint8_t
 
 /// What a measured map changes where it is laid over another one.
 struct Overlaid {
-    int covered = 0;           ///< pixels that had no depth and have it now
-    std::int64_t gained = 0;   ///< sum of the confidences, by how much it is more
+    int covered = 0;         ///< pixels that had no depth and have it now
+    std::int64_t gained = 0; ///< sum of the confidences, by how much it is more
 };
 /// Pixels of a row that are measured (millimetres, 0 = none) get that depth and
 /// measured_confidence. Real-time safe.

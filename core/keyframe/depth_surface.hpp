@@ -105,9 +105,9 @@ private:
     std::vector<std::int16_t> bend_;                 ///< of columns, ReadingRow::by_column
     std::vector<std::uint8_t> flags_;                ///< of one row, and some that stay 0
     std::array<std::vector<std::int16_t>, 2> steps_; ///< of a row and the next
-    Image<float> narrow_;     ///< NarrowWindows' differences: of a few rows, metres
-    std::vector<float> sums_; ///< of narrow_'s columns
-    std::vector<std::uint8_t> inside_;               ///< of a few rows
+    Image<float> narrow_;              ///< NarrowWindows' differences: of a few rows, metres
+    std::vector<float> sums_;          ///< of narrow_'s columns
+    std::vector<std::uint8_t> inside_; ///< of a few rows
     SurfacePieces pieces_;
     float fill_ = 0, variation_ = 0, edge_jump_ = 0, slope_ = 0;
     float jump_sum_ = 0;

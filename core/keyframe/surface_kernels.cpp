@@ -295,9 +295,8 @@ void cracks_of_row(const InsideRows &rows, int count, std::uint8_t *HWY_RESTRICT
     const InsideRows in = rows; // a copy, which nothing written here can change
     const hn::CappedTag<std::uint8_t, 16> d;
     for_overlapping_lanes(d, count, [&](auto d8, int i) HWY_ATTR {
-        const auto at = [&](const std::uint8_t *row, int u) HWY_ATTR {
-            return hn::LoadU(d8, row + i + u);
-        };
+        const auto at = [&](const std::uint8_t *row, int u)
+                            HWY_ATTR { return hn::LoadU(d8, row + i + u); };
         const auto between = [&](auto before2, auto before, auto after, auto after2) HWY_ATTR {
             return hn::Or(hn::And(before, hn::Or(after, after2)), hn::And(before2, after));
         };

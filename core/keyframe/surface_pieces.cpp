@@ -63,8 +63,7 @@ constexpr int piece_count(int pixels) {
 
 SurfacePieces::SurfacePieces(int width, int height)
     : nearest_(piece_count(width), piece_count(height)),
-      farthest_(nearest_.width(), nearest_.height()),
-      edges_(nearest_.width(), nearest_.height()) {}
+      farthest_(nearest_.width(), nearest_.height()), edges_(nearest_.width(), nearest_.height()) {}
 
 void SurfacePieces::find(ImageView<const float> z) {
     for (int y = 0; y < nearest_.height(); ++y) {

@@ -159,7 +159,7 @@ void TileMapping::find_content(int x, int y, const Mapping &by) {
                            alike_displacement_px * alike_displacement_px;
     const bool in_view = (x + 1) * tile_px <= to_.width && (y + 1) * tile_px <= to_.height;
     tile.content = in_view && (tile.displaced_alike || one_surface(tile)) ? TileContent::mapped
-                                                                            : TileContent::mixed;
+                                                                          : TileContent::mixed;
 }
 
 bool TileMapping::one_surface(const Tile &tile) const {
@@ -265,8 +265,7 @@ const TileMapping::Tile *TileMapping::tile_at_corner(int x, int y) const {
 }
 
 /// By the depths that the surface has there.
-std::optional<MappedCorner> TileMapping::find_shared_corner(int x, int y,
-                                                            const Mapping &by) const {
+std::optional<MappedCorner> TileMapping::find_shared_corner(int x, int y, const Mapping &by) const {
     constexpr int lookups = 3; // noise of single readings must not keep the corner from an end
     const Tile *const tile = tile_at_corner(x, y);
     if (!tile)

@@ -43,7 +43,8 @@ int Warp::run(const DepthSurface &surface, const Pose &pose, ImageView<std::uint
     assert(depth.width() == to_.width && depth.height() == to_.height &&
            edge_distance.same_size(depth));
     const SurfaceProjection projection(from_, to_, pose, shutter);
-    tiles_.find(surface, projection, correction, static_cast<float>(surface.options().crack_px + 1));
+    tiles_.find(surface, projection, correction,
+                static_cast<float>(surface.options().crack_px + 1));
     scatter(surface, projection);
     std::atomic<int> drawn = 0;
     pool_.run(tiles_.rows(), [&](int y) {
@@ -150,12 +151,10 @@ int Warp::draw_mixed(const Drawing &to, int v, int begin, int end) const {
     std::array<std::uint8_t, most> doubtful;
     const ImageView<const WarpedPixel> from = landed();
     int drawn = 0;
-    WarpedRow row;
-    row.pixels = pixels.data();
-    row.x0 = static_cast<float>(-to_.cx / to_.fx);
-    row.dx = static_cast<float>(1 / to_.fx);
-    row.y = static_cast<float>((v - to_.cy) / to_.fy);
-    row.shape = to.correction.shape;
+    const float y = static_cast<float>((v - to_.cy) / to_.fy);
+    const auto relative = [&](int u) {
+        return 1 / to.correction.scale(static_cast<float>((u - to_.cx) / to_.fx), y);
+    };
     for (int first = begin; first < end; first += most) {
         const int count = std::min(most, end - first);
         const WarpedPixel *const in = from.row(v) + first;
@@ -177,9 +176,10 @@ int Warp::draw_mixed(const Drawing &to, int v, int begin, int end) const {
                 WarpedPixel &pixel = pixels[static_cast<std::size_t>(i)];
                 pixel = (pixel & warped_edge_mask) < options_.least_edge_distance_px ? 0 : pixel;
             }
-        row.first_column = first;
-        row.count = count;
-        drawn += find_readings(row, to.depth.row(v) + first, to.edge_distance.row(v) + first);
+        // Within so few pixels the correction is linear.
+        const float left = relative(first), right = relative(first + most);
+        drawn += find_readings({pixels.data(), count, left, (right - left) / most},
+                               to.depth.row(v) + first, to.edge_distance.row(v) + first);
     }
     return drawn;
 }

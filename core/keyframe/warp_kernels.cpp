@@ -192,22 +192,17 @@ void doubt(const ScatteredRows &in, WarpedPixel *HWY_RESTRICT out,
 int readings(const WarpedRow &row, std::uint16_t *HWY_RESTRICT millimetres,
              std::uint8_t *HWY_RESTRICT edges) {
     const WarpedRow in = row; // a copy, which nothing written here can change
+    constexpr float unit_mm = 1000.0f / warped_units_per_m;
     int found = 0;
     for_lanes(in.count, [&](auto d, int i) HWY_ATTR {
         const hn::RebindToSigned<decltype(d)> di;
         const hn::Rebind<std::uint16_t, decltype(d)> d16;
         const hn::Rebind<std::uint8_t, decltype(d)> d8;
-        const auto set = [&](float value) HWY_ATTR { return hn::Set(d, value); };
         const auto pixel = hn::LoadU(di, in.pixels + i);
-        const auto z = hn::Mul(hn::ConvertTo(d, hn::ShiftRight<warped_depth_shift>(pixel)),
-                               set(1000.0f / warped_units_per_m));
-        const auto u = ramp(d, in.first_column + i);
-        const auto x = hn::Add(set(in.x0), hn::Mul(set(in.dx), u)), y = set(in.y);
-        const auto bend = hn::Mul(set(in.shape[2]), hn::Add(hn::Mul(x, x), hn::Mul(y, y)));
-        const auto tilt = hn::Mul(set(in.shape[0]), x);
-        const auto scale =
-            hn::Add(set(1.0f), hn::Add(tilt, hn::Add(hn::Mul(set(in.shape[1]), y), bend)));
-        const auto whole = hn::ConvertTo(di, hn::Add(hn::Div(z, scale), set(0.5f)));
+        const auto factor = hn::Add(hn::Set(d, unit_mm * in.relative),
+                                    hn::Mul(hn::Set(d, unit_mm * in.step), ramp(d, i)));
+        const auto units = hn::ConvertTo(d, hn::ShiftRight<warped_depth_shift>(pixel));
+        const auto whole = hn::ConvertTo(di, hn::Add(hn::Mul(units, factor), hn::Set(d, 0.5f)));
         const auto edge = hn::And(pixel, hn::Set(di, warped_edge_mask));
         hn::StoreU(hn::DemoteTo(d16, whole), d16, millimetres + i);
         hn::StoreU(hn::DemoteTo(d8, edge), d8, edges + i);
@@ -347,8 +342,7 @@ int draw_tile(const MappedTile &tile, ImageView<const float> z, int least_edge_d
             const auto depth = hn::GatherIndex(d, depths, offset);
             const auto rise = hn::Add(hn::Mul(across, hn::Sub(u.value, hn::ConvertTo(d, x))),
                                       hn::Mul(down, hn::Sub(v.value, hn::ConvertTo(d, y))));
-            const auto reading =
-                hn::Add(hn::Mul(hn::Add(depth, rise), scale.value), shift.value);
+            const auto reading = hn::Add(hn::Mul(hn::Add(depth, rise), scale.value), shift.value);
             const auto edge = edge_of(d, depth);
             auto there = hn::Gt(edge, below_least);
             if constexpr (!in_picture)

@@ -75,13 +75,12 @@ struct ScatteredRows {
 /// crack, else 0.
 void find_doubtful(const ScatteredRows &scattered, WarpedPixel *out, std::uint8_t *doubtful);
 
-/// Pixels of a row of a warped map, and what takes their depths to readings: those are the depths
-/// by 1 + shape . (x, y, x^2 + y^2), DepthCorrection's, at x = x0 + dx u.
+/// Pixels of a row of a warped map, and the readings that their depths become, relative to the
+/// depths: of the first pixel, and by how much that changes to the next one.
 struct WarpedRow {
     const WarpedPixel *pixels;
-    int first_column, count;
-    float x0, dx, y;
-    Eigen::Vector3f shape;
+    int count;
+    float relative, step;
 };
 
 /// The reading of each pixel, millimetres, and its edge distance; both 0 where it is empty. Returns
@@ -129,7 +128,7 @@ struct MappedCorner {
 /// Corners at the first pixels of a tile and of the next ones: at the left and right, then below.
 struct MappedTile {
     MappedCorner corners[4];
-    bool sloped = true;    ///< the corners are of one surface
+    bool sloped = true;     ///< the corners are of one surface
     bool in_picture = true; ///< and all on it
 };
 

@@ -84,8 +84,8 @@ TEST_CASE("a measured row replaces what it has and leaves the rest", "[core]") {
         auto depth = some_depths(random, count, 1, 900);
         Image<std::uint8_t> confidence(count, 1);
         for (int u = 0; u < count; ++u)
-            confidence(u, 0) = depth(u, 0) == 0 ? std::uint8_t{0}
-                                                : static_cast<std::uint8_t>(1 + random() % 255);
+            confidence(u, 0) =
+                depth(u, 0) == 0 ? std::uint8_t{0} : static_cast<std::uint8_t>(1 + random() % 255);
         const auto old_depth = depth;
         const auto old_confidence = confidence;
         const Overlaid found = lay_over(measured.row(0), count, depth.row(0), confidence.row(0));

@@ -57,7 +57,7 @@ TEST_CASE("the depth surface sees no depth edge in a slope or around a hole", "[
 TEST_CASE("the depth surface fills cracks between parts of one surface", "[core]") {
     DepthMap map = step(); // between the columns 49 and 50
     for (int v = 10; v < 40; ++v) {
-        map(20, v) = 0;             // a crack of one pixel,
+        map(20, v) = 0;              // a crack of one pixel,
         map(28, v) = map(29, v) = 0; // of two,
         map(35, v) = map(36, v) = map(37, v) = 0;
         map(70, v) = static_cast<std::uint16_t>(map(70, v) + 300); // a column behind it

@@ -45,19 +45,22 @@ TEST_CASE("warped pixels become the same readings in vectors as one by one") {
                 (static_cast<WarpedPixel>(any(random) * warped_units_per_m) << warped_depth_shift) |
                 edge(random));
         const auto count = static_cast<int>(pixels.size());
-        const WarpedRow row = {pixels.data(), 17, count, -0.6f, 0.002f, -0.2f, correction.shape};
+        const auto scale = [&](int i) {
+            return correction.scale(-0.566f + 0.002f * static_cast<float>(i), -0.2f);
+        };
+        const float first = 1 / scale(0), end = 1 / scale(count);
+        const WarpedRow row = {pixels.data(), count, first,
+                               (end - first) / static_cast<float>(count)};
         std::vector<std::uint16_t> millimetres(pixels.size());
         std::vector<std::uint8_t> edges(pixels.size(), 99);
         const int found = find_readings(row, millimetres.data(), edges.data());
         CHECK(found == count - 1);
         for (std::size_t i = 0; i < pixels.size(); ++i) {
-            const float x =
-                row.x0 + row.dx * static_cast<float>(row.first_column + static_cast<int>(i));
-            const float reading = warped_z(pixels[i]) / correction.scale(x, row.y);
+            const float reading = warped_z(pixels[i]) / scale(static_cast<int>(i));
             CAPTURE(corrected, i, reading);
-            // What the compiler makes of the correction's sum may differ in the last bit.
+            // Between the ends the correction is not quite linear.
             CHECK(std::abs(millimetres[i] - static_cast<int>(reading * 1000.0f + 0.5f)) <=
-                  (corrected ? 1 : 0));
+                  (corrected ? 3 : 0));
             CHECK(edges[i] == (pixels[i] & warped_edge_mask));
         }
     }
@@ -160,8 +163,8 @@ TEST_CASE("a surface's points land on the pixels of the view that they are proje
                                   {shift(random) * 0.1f, shift(random) * 0.1f, along(random)}};
         std::vector<int> offsets(count);
         std::vector<WarpedPixel> values(count);
-        project_points({padded.data(), above.data(), below.data(), 0, count}, by,
-                       still, limits, offsets.data(), values.data());
+        project_points({padded.data(), above.data(), below.data(), 0, count}, by, still, limits,
+                       offsets.data(), values.data());
         for (int u = 0; u < count; ++u) {
             const auto i = static_cast<std::size_t>(u);
             const float z = padded[i + 1];
