@@ -91,6 +91,20 @@ void SurfacePieces::find(ImageView<const float> z) {
             edges[x] = edge | holes;
         }
     }
+    mark_beside_holes();
+}
+
+void SurfacePieces::mark_beside_holes() {
+    const ImageView<const float> depth = farthest_;
+    for (int y = 0; y < depth.height(); ++y)
+        for (int x = 0; x < depth.width(); ++x) {
+            if (depth(x, y) != 0.0f)
+                continue;
+            edges_(std::max(x - 1, 0), y) |= has_holes;
+            edges_(std::min(x + 1, depth.width() - 1), y) |= has_holes;
+            edges_(x, std::max(y - 1, 0)) |= has_holes;
+            edges_(x, std::min(y + 1, depth.height() - 1)) |= has_holes;
+        }
 }
 
 } // namespace afterglow

@@ -26,11 +26,13 @@ public:
     /// Least and greatest depth, metres; both 0 where a piece has none.
     ImageView<const float> nearest() const { return nearest_; }
     ImageView<const float> farthest() const { return farthest_; }
-    /// Least edge distance of the pixels that have depth, 0 = none, and has_holes if some
-    /// pixels have none.
+    /// Least edge distance of the pixels that have depth, 0 = none, and has_holes if some pixels of
+    /// the piece, or all of one beside it, have none.
     ImageView<const std::uint8_t> edges() const { return edges_; }
 
 private:
+    void mark_beside_holes();
+
     Image<float> nearest_, farthest_;
     Image<std::uint8_t> edges_;
 };

@@ -21,6 +21,9 @@ TEST_CASE(
                      ? 0.0f
                      : with_edge_distance(0.001f * static_cast<float>(500 + random() % 9000),
                                           static_cast<std::uint8_t>(1 + random() % 7));
+        for (int v = 5; v < 24; ++v) // some pieces have no depth at all
+            for (int u = 10; u < 30; ++u)
+                z(u, v) = 0;
         SurfacePieces pieces(width, height);
         pieces.find(z);
         for (int y = 0; y < pieces.nearest().height(); ++y)
@@ -38,6 +41,10 @@ TEST_CASE(
                         nearest = nearest == 0.0f ? z(u, v) : std::min(nearest, z(u, v));
                         farthest = std::max(farthest, z(u, v));
                     }
+                for (const auto &[du, dv] : {std::pair(1, 0), {-1, 0}, {0, 1}, {0, -1}})
+                    if (const auto depth = pieces.farthest();
+                        depth.contains(x + du, y + dv) && depth(x + du, y + dv) == 0.0f)
+                        holes = SurfacePieces::has_holes;
                 CAPTURE(one_in, x, y);
                 REQUIRE(pieces.nearest()(x, y) == nearest);
                 REQUIRE(pieces.farthest()(x, y) == farthest);
