@@ -196,8 +196,8 @@ bool TileMapping::map_surface(int x, int y, const Mapping &by) {
     return (tile.holes == 0 && mapped.in_picture) || shows_its_points(x, y, by);
 }
 
-/// By corners of its own, of points that are displaced as much as the nearest and the farthest are
-/// in the mean, if that is enough.
+/// By corners of its own, at the mean of the nearest and the farthest point's inverse depths, if
+/// points are displaced alike.
 bool TileMapping::map_alike(int x, int y, const Mapping &by) {
     const Tile &tile = tiles()(x, y);
     if (!tile.displaced_alike)
@@ -207,6 +207,16 @@ bool TileMapping::map_alike(int x, int y, const Mapping &by) {
     MappedTile &mapped = mapped_(x, y);
     mapped = {};
     mapped.sloped = false;
+    mapped.inverse_depth = 1 / z;
+    if (far > near) {
+        const float u = centre(column_of(tile.nearest)), v = centre(row_of(tile.nearest));
+        const Eigen::Vector3f seen = by.projection(u, v, near);
+        const Eigen::Vector3f displaced = seen - by.projection(u, v, far);
+        const Eigen::Vector2f parallax = by.projection.jacobian(seen, near).inverse() *
+                                         displaced.head<2>() / (1 / near - 1 / far);
+        mapped.parallax_u = parallax.x();
+        mapped.parallax_v = parallax.y();
+    }
     for (int i = 0; i < 4; ++i) {
         const auto corner = find_corner(x + i % 2, y + i / 2, tile, by,
                                         [z](const Eigen::Vector2f & /*place*/) { return z; });

@@ -288,7 +288,40 @@ struct Bilinear {
     V value, step;
 };
 
-template <bool in_picture>
+/// How much the depth changes from a point of a surface to another place on it, which is `along`
+/// and `down` from there, pixels: as between the points around, if they are of that surface, too.
+template <class D, class V, class VI>
+HWY_API V rise_between(D d, ImageView<const float> z, VI column, VI line, V depth, V along,
+                       V down) {
+    const hn::RebindToSigned<D> di;
+    const hn::RebindToUnsigned<D> du;
+    const auto stride = hn::Set(di, z.stride()), one = hn::Set(di, 1);
+    const auto within = [&](VI at, int size) HWY_ATTR {
+        const auto last = hn::Set(du, static_cast<std::uint32_t>(size - 2));
+        return hn::RebindMask(di, hn::Lt(hn::BitCast(du, hn::Sub(at, one)), last));
+    };
+    const auto has_neighbours = hn::And(within(column, z.width()), within(line, z.height()));
+    const auto offset = hn::IfThenElse(has_neighbours, hn::Add(hn::Mul(line, stride), column),
+                                       hn::Add(stride, one));
+    const auto at = [&](VI place) HWY_ATTR { return hn::GatherIndex(d, z.data(), place); };
+    const auto left = at(hn::Sub(offset, one)), right = at(hn::Add(offset, one));
+    const auto above = at(hn::Sub(offset, stride)), below = at(hn::Add(offset, stride));
+    const auto bits = [&](V value) HWY_ATTR { return hn::BitCast(du, value); };
+    const auto least = hn::Min(hn::Min(bits(left), bits(right)), hn::Min(bits(above), bits(below)));
+    const auto inside = hn::And(hn::And(has_neighbours, hn::Gt(edge_of(d, depth), hn::Set(di, 2))),
+                                hn::RebindMask(di, hn::Ne(least, hn::Zero(du))));
+    const auto most = hn::Mul(hn::Set(d, steepest), depth);
+    const auto least_step = hn::Mul(hn::Set(d, -steepest), depth);
+    const auto slope = [&](V from, V to) HWY_ATTR {
+        const auto step = hn::Mul(hn::Set(d, 0.5f), hn::Sub(to, from));
+        return hn::Min(hn::Max(step, least_step), most);
+    };
+    const auto rise =
+        hn::Add(hn::Mul(slope(left, right), along), hn::Mul(slope(above, below), down));
+    return hn::IfThenElseZero(hn::RebindMask(d, inside), rise);
+}
+
+template <bool in_picture, bool sloped>
 int draw_tile(const MappedTile &tile, ImageView<const float> z, int least_edge_distance,
               ImageView<std::uint16_t> millimetres, ImageView<std::uint8_t> edge_distance) {
     const hn::CappedTag<float, mapped_tile_px> d;
@@ -301,13 +334,15 @@ int draw_tile(const MappedTile &tile, ImageView<const float> z, int least_edge_d
     // The slope along both diagonals tells that along columns and rows of the surface.
     const float u1 = e.u - a.u, v1 = e.v - a.v, z1 = e.z - a.z;
     const float u2 = c.u - b.u, v2 = c.v - b.v, z2 = c.z - b.z;
-    const float area = u1 * v2 - u2 * v1, most = tile.sloped ? steepest * a.z : 0;
+    const float area = u1 * v2 - u2 * v1, most = sloped ? steepest * a.z : 0;
     const float by_u = std::clamp((z1 * v2 - z2 * v1) / area, -most, most);
     const float by_v = std::clamp((u1 * z2 - u2 * z1) / area, -most, most);
     const auto across = hn::Set(d, by_u), down = hn::Set(d, by_v);
     const auto below_least = hn::Set(di, least_edge_distance - 1);
     const float *const depths = z.data();
     const auto depth_stride = hn::Set(di, z.stride());
+    [[maybe_unused]] const auto half = hn::Set(d, 0.5f);
+    [[maybe_unused]] const auto inverse_depth = hn::Set(d, tile.inverse_depth);
     auto found = hn::Zero(di);
     for (int i = 0; i < mapped_tile_px; i += static_cast<int>(hn::Lanes(d))) {
         const auto column = ramp(d, i);
@@ -340,8 +375,19 @@ int draw_tile(const MappedTile &tile, ImageView<const float> z, int least_edge_d
                 offset = hn::IfThenElseZero(on_picture, offset);
             }
             const auto depth = hn::GatherIndex(d, depths, offset);
-            const auto rise = hn::Add(hn::Mul(across, hn::Sub(u.value, hn::ConvertTo(d, x))),
-                                      hn::Mul(down, hn::Sub(v.value, hn::ConvertTo(d, y))));
+            const auto along = hn::Sub(u.value, hn::ConvertTo(d, x));
+            const auto downwards = hn::Sub(v.value, hn::ConvertTo(d, y));
+            hn::Vec<decltype(d)> rise;
+            if constexpr (sloped)
+                rise = hn::Add(hn::Mul(across, along), hn::Mul(down, downwards));
+            else {
+                const auto nearer = hn::Sub(hn::Div(hn::Set(d, 1.0f), depth), inverse_depth);
+                rise = rise_between(
+                    d, z, x, y, depth,
+                    hn::Sub(hn::Sub(along, half), hn::Mul(hn::Set(d, tile.parallax_u), nearer)),
+                    hn::Sub(hn::Sub(downwards, half),
+                            hn::Mul(hn::Set(d, tile.parallax_v), nearer)));
+            }
             const auto reading = hn::Add(hn::Mul(hn::Add(depth, rise), scale.value), shift.value);
             const auto edge = edge_of(d, depth);
             auto there = hn::Gt(edge, below_least);
@@ -361,9 +407,11 @@ int draw_tile(const MappedTile &tile, ImageView<const float> z, int least_edge_d
 
 int draw(const MappedTile &tile, ImageView<const float> z, int least_edge_distance,
          ImageView<std::uint16_t> millimetres, ImageView<std::uint8_t> edge_distance) {
-    return tile.in_picture
-               ? draw_tile<true>(tile, z, least_edge_distance, millimetres, edge_distance)
-               : draw_tile<false>(tile, z, least_edge_distance, millimetres, edge_distance);
+    const auto draw_it = tile.in_picture
+                             ? tile.sloped ? draw_tile<true, true> : draw_tile<true, false>
+                         : tile.sloped ? draw_tile<false, true>
+                                       : draw_tile<false, false>;
+    return draw_it(tile, z, least_edge_distance, millimetres, edge_distance);
 }
 
 } // namespace

@@ -128,15 +128,19 @@ struct MappedCorner {
 /// Corners at the first pixels of a tile and of the next ones: at the left and right, then below.
 struct MappedTile {
     MappedCorner corners[4];
-    bool sloped = true;     ///< the corners are of one surface
+    bool sloped = true;     ///< the corners are on one surface
     bool in_picture = true; ///< and all on it
+    /// If not sloped: the corners' inverse depth, 1/m, and by how much points of another one are
+    /// seen elsewhere, in pixels of the surface, metres.
+    float inverse_depth = 0, parallax_u = 0, parallax_v = 0;
 };
 
 /// Draws a tile of readings, millimetres, and of edge distances, both 0 = none: between the corners
 /// all is bilinear; the point is that of the nearest pixel of the surface `z` (DepthSurface::z()),
-/// its depth moved along the slope between the corners if they have one. Points nearer to an edge
-/// than `least_edge_distance` are left out. The images begin at the tile's first pixel and have as
-/// many columns. Returns how many pixels have depth. Real-time safe.
+/// its depth moved along the slope between the corners, if they are on one surface, else along that
+/// between the points around it, and by its parallax. Points nearer to an edge than
+/// `least_edge_distance` are left out. `z` has at least 3 rows and columns. The images begin at the
+/// tile's first pixel and have as many columns. Returns how many pixels have depth. Real-time safe.
 int draw_mapped(const MappedTile &tile, ImageView<const float> z, int least_edge_distance,
                 ImageView<std::uint16_t> millimetres, ImageView<std::uint8_t> edge_distance);
 

@@ -235,6 +235,11 @@ TEST_CASE(
         MappedTile tile;
         tile.sloped = round % 5 != 0;
         tile.in_picture = round % 2 == 0;
+        if (!tile.sloped) {
+            tile.inverse_depth = 0.5f;
+            tile.parallax_u = some(random);
+            tile.parallax_v = some(random);
+        }
         const float left = tile.in_picture ? 15 : -5, top = tile.in_picture ? 13 : 45;
         for (int i = 0; i < 4; ++i)
             tile.corners[i] = {left + size * static_cast<float>(i & 1) + 5 * some(random),
@@ -249,10 +254,21 @@ TEST_CASE(
         const MappedCorner &a = tile.corners[0], &b = tile.corners[1];
         const MappedCorner &c = tile.corners[2], &e = tile.corners[3];
         const Eigen::Matrix2f diagonals{{e.u - a.u, e.v - a.v}, {c.u - b.u, c.v - b.v}};
-        const float steepest = tile.sloped ? 0.03f * a.z : 0;
-        const Eigen::Vector2f slope = (diagonals.inverse() * Eigen::Vector2f(e.z - a.z, c.z - b.z))
-                                          .cwiseMax(-steepest)
-                                          .cwiseMin(steepest);
+        const auto clamped = [](const Eigen::Vector2f &slope, float z) -> Eigen::Vector2f {
+            return slope.cwiseMax(-0.03f * z).cwiseMin(0.03f * z);
+        };
+        const Eigen::Vector2f of_tile =
+            clamped(diagonals.inverse() * Eigen::Vector2f(e.z - a.z, c.z - b.z), a.z);
+        const auto of_neighbours = [&](int u, int v) -> Eigen::Vector2f {
+            if (u < 1 || v < 1 || u > width - 2 || v > height - 2)
+                return {0, 0};
+            const float left = surface(u - 1, v), right = surface(u + 1, v);
+            const float above = surface(u, v - 1), below = surface(u, v + 1);
+            if (std::min({left, right, above, below}) == 0.0f ||
+                edge_distance_of(surface(u, v)) <= 2)
+                return {0, 0};
+            return clamped({0.5f * (right - left), 0.5f * (below - above)}, surface(u, v));
+        };
         int there = 0, beyond = 0;
         for (int y = 0; y < size; ++y)
             for (int x = 0; x < size; ++x) {
@@ -283,8 +299,11 @@ TEST_CASE(
                     REQUIRE((drawn[at] == 0 && edges[at] == 0));
                     continue;
                 }
-                const float moved = depth + slope.x() * (u - static_cast<float>(nu)) +
-                                    slope.y() * (v - static_cast<float>(nv));
+                const Eigen::Vector2f slope = tile.sloped ? of_tile : of_neighbours(nu, nv);
+                const float nearer = tile.sloped ? 0 : 1 / depth - tile.inverse_depth;
+                const float moved =
+                    depth + slope.x() * (u - static_cast<float>(nu) - tile.parallax_u * nearer) +
+                    slope.y() * (v - static_cast<float>(nv) - tile.parallax_v * nearer);
                 const float reading =
                     moved * between(&MappedCorner::scale) + between(&MappedCorner::shift);
                 REQUIRE(std::abs(drawn[at] - reading) < 0.51f);
