@@ -3,6 +3,7 @@
 #include "core/estimate.hpp"
 #include "core/keyframe/confidence_kernels.hpp"
 #include "tests/catch.hpp"
+#include "tests/instruction_set.hpp"
 
 #include <algorithm>
 #include <random>
@@ -27,6 +28,7 @@ Image<std::uint16_t> some_depths(std::mt19937 &random, int width, int height, un
 } // namespace
 
 TEST_CASE("confidences are looked up alike in vectors and one by one", "[core]") {
+    AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     std::mt19937 random(1);
     constexpr int layers = 3;
     std::vector<std::uint8_t> table(layers * class_layer * depth_bins);
@@ -58,6 +60,7 @@ TEST_CASE("confidences are looked up alike in vectors and one by one", "[core]")
 }
 
 TEST_CASE("the extent of depths leaves holes out", "[core]") {
+    AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     std::mt19937 random(2);
     for (int round = 0; round < 100; ++round) {
         const int width = 1 + static_cast<int>(random() % 40);
@@ -77,6 +80,7 @@ TEST_CASE("the extent of depths leaves holes out", "[core]") {
 }
 
 TEST_CASE("a measured row replaces what it has and leaves the rest", "[core]") {
+    AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     std::mt19937 random(3);
     for (int round = 0; round < 200; ++round) {
         const int count = 1 + static_cast<int>(random() % 70);

@@ -2,6 +2,7 @@
 // Points compared with a map in vectors, against the formulas one by one.
 #include "core/keyframe/depth_comparison.hpp"
 #include "tests/catch.hpp"
+#include "tests/instruction_set.hpp"
 
 #include <Eigen/Geometry>
 
@@ -50,6 +51,7 @@ const Pose moved{Eigen::AngleAxisd(0.03, Eigen::Vector3d(1, 2, 1).normalized()).
 } // namespace
 
 TEST_CASE("points are compared with a map in vectors as one by one", "[core][refinement]") {
+    AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     const DepthSurface to = slope(0.02f);
     for (const int count : {1, 5, 64}) {
         const ComparedPoints points = scattered(count);
@@ -116,6 +118,7 @@ TEST_CASE("points are compared with a map in vectors as one by one", "[core][ref
 
 TEST_CASE("the error of compared points follows their derivatives in weighted products",
           "[core][refinement]") {
+    AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     DepthComparisons block;
     for (std::size_t i = 0; i < block.J.size(); ++i)
         block.J[i].fill(static_cast<float>(i + 1));

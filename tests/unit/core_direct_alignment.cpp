@@ -3,6 +3,7 @@
 #include "core/keyframe/pose_tracker.hpp"
 #include "drivers/simulated/synthetic/truth.hpp"
 #include "tests/catch.hpp"
+#include "tests/instruction_set.hpp"
 
 #include <algorithm>
 #include <array>
@@ -131,6 +132,7 @@ TEST_CASE("direct alignment rejects images of other scenes", "[core]") {
 }
 
 TEST_CASE("points of a template are found in an image as a reference computes it", "[core]") {
+    AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     const Pair pair(4);
     const Intrinsics &full = pair.truth.intrinsics();
     Pyramid image(full.width, full.height, TemplateOptions{}.coarsest_level);

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/base/pyramid.hpp"
 #include "tests/catch.hpp"
+#include "tests/instruction_set.hpp"
 
 #include <random>
 
 using namespace afterglow;
 
 TEST_CASE("each pixel of an image pyramid is the exact mean of the pixels below it", "[core]") {
+    AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     std::mt19937 random(1);
     std::uniform_int_distribution<int> grey(0, 255);
     // Widths with and without a rest of a vector, an odd one, and views into wider images.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/keyframe/steepest_gradients.hpp"
 #include "tests/catch.hpp"
+#include "tests/instruction_set.hpp"
 
 #include <cstddef>
 #include <random>
@@ -9,6 +10,7 @@
 using namespace afterglow;
 
 TEST_CASE("the steepest gradient of each image column is found as pixel by pixel", "[core]") {
+    AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     std::mt19937 random(9);
     const int width = GENERATE(3, 4, 7, 10, 17, 40, 67);
     const int height = GENERATE(3, 9, 12);

@@ -4,6 +4,7 @@
 #include "core/keyframe/self_calibration.hpp"
 #include "core/keyframe/surface_kernels.hpp"
 #include "tests/catch.hpp"
+#include "tests/instruction_set.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -57,6 +58,7 @@ int fixed_point(int a, int b) {
 } // namespace
 
 TEST_CASE("smoothing in vectors is smoothing one by one") {
+    AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     std::mt19937 random(1);
     for (const float farthest : {12.0f, 30.0f})
         for (const int radius : {1, 2, 3, 8})
@@ -94,6 +96,7 @@ TEST_CASE("smoothing in vectors is smoothing one by one") {
 }
 
 TEST_CASE("smoothing takes no hole and nothing far away for a neighbour") {
+    AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     // Sums of the largest depths leave 16 bits.
     const DepthUnits units(15.0f);
     for (const int z : {1, 200, 7000, 16384, 29999, 30000})
@@ -114,6 +117,7 @@ TEST_CASE("smoothing takes no hole and nothing far away for a neighbour") {
 }
 
 TEST_CASE("readings become depths in vectors as one by one") {
+    AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     std::mt19937 random(2);
     std::uniform_int_distribution<int> any(0, 65535), bend(-3000, 3000);
     for (const float farthest : {12.0f, 30.0f})
@@ -152,6 +156,7 @@ TEST_CASE("readings become depths in vectors as one by one") {
 }
 
 TEST_CASE("neighbours are compared in vectors as one by one") {
+    AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     std::mt19937 random(3);
     const EdgeRule rule = {0.02f, sensor};
     const DepthUnits units(12.0f);
@@ -206,6 +211,7 @@ TEST_CASE("neighbours are compared in vectors as one by one") {
 }
 
 TEST_CASE("a distance is at most one more than the next row's") {
+    AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     const std::vector<std::uint8_t> next{0, 1, 7, 7, 254, 3, 2, 1, 1, 1, 1, 1, 1, 1, 1, 1, 6};
     std::vector<std::uint8_t> values(next.size(), std::uint8_t{7});
     grow_from_row(next.data(), static_cast<int>(next.size()), values.data());
@@ -214,6 +220,7 @@ TEST_CASE("a distance is at most one more than the next row's") {
 
 TEST_CASE("cracks are pixels between two that are inside a surface, alike in vectors and singly",
           "[core]") {
+    AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     std::mt19937 random(8);
     for (int round = 0; round < 200; ++round) {
         const int count = 1 + static_cast<int>(random() % 70);

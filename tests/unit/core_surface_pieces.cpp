@@ -2,6 +2,7 @@
 #include "core/keyframe/surface_pieces.hpp"
 #include "core/keyframe/surface_point.hpp"
 #include "tests/catch.hpp"
+#include "tests/instruction_set.hpp"
 
 #include <algorithm>
 #include <random>
@@ -11,6 +12,7 @@ using namespace afterglow;
 TEST_CASE(
     "each piece of a surface tells its depths, its least edge distance and whether it has holes",
     "[core]") {
+    AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     // No multiples of a piece.
     constexpr int width = 43, height = 29, px = SurfacePieces::piece_px;
     std::mt19937 random(1);

@@ -5,6 +5,7 @@
 #include "core/keyframe/surface_projection.hpp"
 #include "core/keyframe/warp_kernels.hpp"
 #include "tests/catch.hpp"
+#include "tests/instruction_set.hpp"
 
 #include <Eigen/LU>
 
@@ -32,6 +33,7 @@ std::vector<float> broken_depths(std::mt19937 &random, std::size_t count) {
 } // namespace
 
 TEST_CASE("warped pixels become the same readings in vectors as one by one") {
+    AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     std::mt19937 random(4);
     std::uniform_real_distribution<float> any(0.0f, warped_farthest_m);
     std::uniform_int_distribution<int> edge(0, warped_edge_mask);
@@ -67,6 +69,7 @@ TEST_CASE("warped pixels become the same readings in vectors as one by one") {
 }
 
 TEST_CASE("pieces of a surface are looked for on the tiles of the view that show their points") {
+    AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     std::mt19937 random(6);
     constexpr int px = 4, count = 13, columns = 10, lines = 7;
     const Intrinsics from{45, 47, 26, 19.5, 53, 40};
@@ -150,6 +153,7 @@ TEST_CASE("pieces of a surface are looked for on the tiles of the view that show
 }
 
 TEST_CASE("a surface's points land on the pixels of the view that they are projected to") {
+    AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     std::mt19937 random(5);
     constexpr int width = 40, height = 30, count = 40;
     const RowMotion still = {Eigen::Matrix3f::Zero(), Eigen::Vector3f::Zero(), 0, 0, false};
@@ -191,6 +195,7 @@ TEST_CASE("a surface's points land on the pixels of the view that they are proje
 
 TEST_CASE(
     "a warped pixel may be a crack if it is empty beside others, or lies behind both neighbours") {
+    AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     std::mt19937 random(6);
     constexpr int count = 37;
     const auto row = [&] {
@@ -225,6 +230,7 @@ TEST_CASE(
 
 TEST_CASE(
     "a mapped tile of the view shows the nearest points of the surface, moved along its slope") {
+    AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     std::mt19937 random(7);
     std::uniform_real_distribution<float> some(-1.0f, 1.0f);
     constexpr int width = 61, height = 53, size = mapped_tile_px, stride = size + 5;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/keyframe/weighted_products.hpp"
 #include "tests/catch.hpp"
+#include "tests/instruction_set.hpp"
 
 #include <algorithm>
 #include <array>
@@ -11,6 +12,7 @@
 using namespace afterglow;
 
 TEST_CASE("weighted products of columns are summed as one by one", "[core]") {
+    AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     constexpr int rows = WeightedProducts::rows, blocks = 3;
     std::mt19937 random(8);
     std::normal_distribution<float> any(0, 1);
