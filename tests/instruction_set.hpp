@@ -10,7 +10,7 @@ namespace afterglow::testing {
 
 /// While it lives kernels are those of one of Highway's targets, and not of the best.
 class InstructionSet {
-  public:
+public:
     explicit InstructionSet(std::int64_t target) {
         hwy::SetSupportedTargetsForTest(target);
         hwy::GetChosenTarget().Update(hwy::SupportedTargets());

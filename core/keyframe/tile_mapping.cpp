@@ -193,7 +193,9 @@ bool TileMapping::map_surface(int x, int y, const Mapping &by) {
     MappedTile &mapped = mapped_(x, y);
     mapped = {{*a, *b, *c, *e}, true, true};
     mapped.in_picture = in_picture(*a) && in_picture(*b) && in_picture(*c) && in_picture(*e);
-    return (tile.holes == 0 && mapped.in_picture) || shows_its_points(x, y, by);
+    const bool whole = tile.holes == 0 && mapped.in_picture;
+    mapped.even = whole && tile.least_edge_distance == DepthSurface::far_from_edge;
+    return whole || shows_its_points(x, y, by);
 }
 
 /// By corners of its own, at the mean of the nearest and the farthest point's inverse depths, if

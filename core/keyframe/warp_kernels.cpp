@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -321,6 +322,105 @@ HWY_API V rise_between(D d, ImageView<const float> z, VI column, VI line, V dept
     return hn::IfThenElseZero(hn::RebindMask(d, inside), rise);
 }
 
+/// How much the depth of a tile's surface changes from column to column and from row to row of it.
+struct TileSlope {
+    float by_u = 0, by_v = 0;
+};
+/// The slope along both diagonals tells it.
+TileSlope slope_between(const MappedTile &tile) {
+    const MappedCorner &a = tile.corners[0], &b = tile.corners[1];
+    const MappedCorner &c = tile.corners[2], &e = tile.corners[3];
+    const float u1 = e.u - a.u, v1 = e.v - a.v, z1 = e.z - a.z;
+    const float u2 = c.u - b.u, v2 = c.v - b.v, z2 = c.z - b.z;
+    const float area = u1 * v2 - u2 * v1, most = steepest * a.z;
+    return {std::clamp((z1 * v2 - z2 * v1) / area, -most, most),
+            std::clamp((u1 * z2 - u2 * z1) / area, -most, most)};
+}
+
+/// Pixels of a tile, each so many from the next, whose readings tell those between them.
+constexpr int grid_px = 4, grid_across = mapped_tile_px / grid_px + 1;
+/// All of them and some more, as whole vectors have: where they are, shares of the tile.
+constexpr int grid_pixels = 32;
+struct GridPlaces {
+    HWY_ALIGN float x[grid_pixels], y[grid_pixels];
+};
+constexpr GridPlaces grid = [] {
+    GridPlaces places{};
+    for (int y = 0; y < grid_across; ++y)
+        for (int x = 0; x < grid_across; ++x) {
+            places.x[y * grid_across + x] = static_cast<float>(x) / (grid_across - 1);
+            places.y[y * grid_across + x] = static_cast<float>(y) / (grid_across - 1);
+        }
+    return places;
+}();
+
+/// The readings at the grid's pixels, and half a unit; false if one of them is not far from edges.
+bool read_grid(const MappedTile &tile, ImageView<const float> z, float *HWY_RESTRICT readings) {
+    const hn::CappedTag<float, grid_pixels> d;
+    const hn::RebindToSigned<decltype(d)> di;
+    const MappedCorner &a = tile.corners[0], &b = tile.corners[1];
+    const MappedCorner &c = tile.corners[2], &e = tile.corners[3];
+    const auto [by_u, by_v] = slope_between(tile);
+    const auto half = hn::Set(d, 0.5f);
+    const auto far = hn::Set(di, edge_distance_bits);
+    auto edges = far;
+    for (int i = 0; i < grid_across * grid_across; i += static_cast<int>(hn::Lanes(d))) {
+        const auto x = hn::Load(d, grid.x + i), y = hn::Load(d, grid.y + i);
+        const auto between = [&](float MappedCorner::*of) HWY_ATTR {
+            const float right = b.*of - a.*of, down = c.*of - a.*of;
+            const auto step =
+                hn::Add(hn::Set(d, down), hn::Mul(x, hn::Set(d, e.*of - c.*of - right)));
+            return hn::Add(hn::Add(hn::Set(d, a.*of), hn::Mul(x, hn::Set(d, right))),
+                           hn::Mul(y, step));
+        };
+        const auto u = between(&MappedCorner::u), v = between(&MappedCorner::v);
+        const auto column = hn::ConvertTo(di, hn::Add(u, half));
+        const auto row = hn::ConvertTo(di, hn::Add(v, half));
+        const auto depth =
+            hn::GatherIndex(d, z.data(), hn::Add(hn::Mul(row, hn::Set(di, z.stride())), column));
+        edges = hn::And(edges, edge_of(d, depth));
+        const auto rise = hn::Add(hn::Mul(hn::Set(d, by_u), hn::Sub(u, hn::ConvertTo(d, column))),
+                                  hn::Mul(hn::Set(d, by_v), hn::Sub(v, hn::ConvertTo(d, row))));
+        const auto reading = hn::Add(hn::Mul(hn::Add(depth, rise), between(&MappedCorner::scale)),
+                                     between(&MappedCorner::shift));
+        hn::Store(hn::Add(reading, half), d, readings + i);
+    }
+    return hn::AllTrue(di, hn::Eq(edges, far));
+}
+
+/// A tile between the readings of its grid.
+int draw_even(const float *HWY_RESTRICT readings, ImageView<std::uint16_t> millimetres,
+              ImageView<std::uint8_t> edge_distance) {
+    const hn::CappedTag<float, grid_px> of_cell;
+    const hn::CappedTag<float, mapped_tile_px> d;
+    const hn::RebindToSigned<decltype(d)> di;
+    const hn::Rebind<std::uint16_t, decltype(d)> d16;
+    constexpr float part = 1.0f / grid_px;
+    HWY_ALIGN float lines[grid_across][mapped_tile_px];
+    for (int y = 0; y < grid_across; ++y)
+        for (int x = 0; x < mapped_tile_px; x += static_cast<int>(hn::Lanes(of_cell))) {
+            const float *const from = readings + y * grid_across + x / grid_px;
+            const auto across = hn::Mul(ramp(of_cell, x % grid_px), hn::Set(of_cell, part));
+            hn::Store(hn::Add(hn::Set(of_cell, from[0]),
+                              hn::Mul(across, hn::Set(of_cell, from[1] - from[0]))),
+                      of_cell, lines[y] + x);
+        }
+    for (int y = 0; y < mapped_tile_px; y += grid_px)
+        for (int x = 0; x < mapped_tile_px; x += static_cast<int>(hn::Lanes(d))) {
+            auto reading = hn::Load(d, lines[y / grid_px] + x);
+            const auto next = hn::Load(d, lines[y / grid_px + 1] + x);
+            const auto step = hn::Mul(hn::Sub(next, reading), hn::Set(d, part));
+            for (int row = y; row < y + grid_px; ++row) {
+                hn::StoreU(hn::DemoteTo(d16, hn::ConvertTo(di, reading)), d16,
+                           millimetres.row(row) + x);
+                reading = hn::Add(reading, step);
+            }
+        }
+    for (int row = 0; row < mapped_tile_px; ++row)
+        std::memset(edge_distance.row(row), edge_distance_bits, mapped_tile_px);
+    return mapped_tile_px * mapped_tile_px;
+}
+
 template <bool in_picture, bool sloped>
 int draw_tile(const MappedTile &tile, ImageView<const float> z, int least_edge_distance,
               ImageView<std::uint16_t> millimetres, ImageView<std::uint8_t> edge_distance) {
@@ -331,12 +431,7 @@ int draw_tile(const MappedTile &tile, ImageView<const float> z, int least_edge_d
     constexpr float part = 1.0f / mapped_tile_px;
     const MappedCorner &a = tile.corners[0], &b = tile.corners[1];
     const MappedCorner &c = tile.corners[2], &e = tile.corners[3];
-    // The slope along both diagonals tells that along columns and rows of the surface.
-    const float u1 = e.u - a.u, v1 = e.v - a.v, z1 = e.z - a.z;
-    const float u2 = c.u - b.u, v2 = c.v - b.v, z2 = c.z - b.z;
-    const float area = u1 * v2 - u2 * v1, most = sloped ? steepest * a.z : 0;
-    const float by_u = std::clamp((z1 * v2 - z2 * v1) / area, -most, most);
-    const float by_v = std::clamp((u1 * z2 - u2 * z1) / area, -most, most);
+    const auto [by_u, by_v] = sloped ? slope_between(tile) : TileSlope{};
     const auto across = hn::Set(d, by_u), down = hn::Set(d, by_v);
     const auto below_least = hn::Set(di, least_edge_distance - 1);
     const float *const depths = z.data();
@@ -357,8 +452,8 @@ int draw_tile(const MappedTile &tile, ImageView<const float> z, int least_edge_d
         auto u = between(a.u + 0.5f, b.u + 0.5f, c.u + 0.5f, e.u + 0.5f);
         auto v = between(a.v + 0.5f, b.v + 0.5f, c.v + 0.5f, e.v + 0.5f);
         auto scale = between(a.scale, b.scale, c.scale, e.scale);
-        const auto shifted = [&](const MappedCorner &corner) {
-            return corner.shift - 0.5f * (by_u + by_v) * corner.scale + 0.5f;
+        const auto shifted = [slope = by_u + by_v](const MappedCorner &corner) {
+            return corner.shift - 0.5f * slope * corner.scale + 0.5f;
         };
         auto shift = between(shifted(a), shifted(b), shifted(c), shifted(e));
         for (int row = 0; row < mapped_tile_px; ++row) {
@@ -407,6 +502,9 @@ int draw_tile(const MappedTile &tile, ImageView<const float> z, int least_edge_d
 
 int draw(const MappedTile &tile, ImageView<const float> z, int least_edge_distance,
          ImageView<std::uint16_t> millimetres, ImageView<std::uint8_t> edge_distance) {
+    HWY_ALIGN float readings[grid_pixels];
+    if (tile.even && read_grid(tile, z, readings))
+        return draw_even(readings, millimetres, edge_distance);
     const auto draw_it = tile.in_picture
                              ? tile.sloped ? draw_tile<true, true> : draw_tile<true, false>
                          : tile.sloped ? draw_tile<false, true>

@@ -130,6 +130,7 @@ struct MappedTile {
     MappedCorner corners[4];
     bool sloped = true;     ///< the corners are on one surface
     bool in_picture = true; ///< and all on it
+    bool even = false;      ///< and nothing on the tile is a hole or near an edge
     /// If not sloped: the corners' inverse depth, 1/m, and by how much points of another one are
     /// seen elsewhere, in pixels of the surface, metres.
     float inverse_depth = 0, parallax_u = 0, parallax_v = 0;

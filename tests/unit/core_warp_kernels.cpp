@@ -324,3 +324,87 @@ TEST_CASE(
             }
     }
 }
+
+TEST_CASE("a tile of an even surface is drawn between the readings of every fourth pixel") {
+    AFTERGLOW_ON_EACH_INSTRUCTION_SET();
+    std::mt19937 random(8);
+    std::uniform_real_distribution<float> some(-1.0f, 1.0f);
+    constexpr int width = 61, height = 53, size = mapped_tile_px, stride = size + 3, step = 4;
+    for (int round = 0; round < 100; ++round) {
+        std::vector<float> z;
+        for (int i = 0; i < width * height; ++i)
+            z.push_back(with_edge_distance(2 + 0.1f * some(random), 7));
+        const ImageView<const float> surface(z.data(), width, height);
+        MappedTile tile;
+        tile.even = true;
+        for (int i = 0; i < 4; ++i)
+            tile.corners[i] = {15 + size * static_cast<float>(i & 1) + 5 * some(random),
+                               13 + size * static_cast<float>(i >> 1) + 5 * some(random), 2.0f,
+                               1000.0f + 100.0f * some(random), 100.0f * some(random)};
+        const auto draw = [&](std::vector<std::uint16_t> &drawn, std::vector<std::uint8_t> &edges) {
+            return draw_mapped(tile, surface, 3, ImageView(drawn.data(), size, size, stride),
+                               ImageView(edges.data(), size, size, stride));
+        };
+        const std::vector<std::uint16_t> untouched(size * stride, 7);
+        const std::vector<std::uint8_t> no_edges(size * stride, 77);
+        std::vector<std::uint16_t> drawn = untouched, one_by_one = untouched;
+        std::vector<std::uint8_t> edges = no_edges, edges_one_by_one = no_edges;
+        REQUIRE(draw(drawn, edges) == size * size);
+
+        const MappedCorner *const corners = tile.corners;
+        const auto between = [&](float MappedCorner::*of, float x, float y) {
+            const float above = corners[0].*of + x * (corners[1].*of - corners[0].*of);
+            return above + y * (corners[2].*of + x * (corners[3].*of - corners[2].*of) - above);
+        };
+        bool halfway = false; // between two pixels, either of which may be the nearest
+        const auto reading = [&](int x, int y) {
+            const float across = static_cast<float>(x) / size, down = static_cast<float>(y) / size;
+            const float u = between(&MappedCorner::u, across, down);
+            const float v = between(&MappedCorner::v, across, down);
+            for (const float place : {u, v})
+                halfway = halfway || std::abs(place - std::floor(place) - 0.5f) < 1e-3f;
+            return surface(static_cast<int>(u + 0.5f), static_cast<int>(v + 0.5f)) *
+                       between(&MappedCorner::scale, across, down) +
+                   between(&MappedCorner::shift, across, down);
+        };
+        for (int y = 0; y < size; ++y)
+            for (int x = 0; x < size; ++x) {
+                const int left = x / step * step, top = y / step * step;
+                const float across = static_cast<float>(x - left) / step;
+                const float down = static_cast<float>(y - top) / step;
+                halfway = false;
+                const float above =
+                    reading(left, top) + across * (reading(left + step, top) - reading(left, top));
+                const float below =
+                    reading(left, top + step) +
+                    across * (reading(left + step, top + step) - reading(left, top + step));
+                const auto at = static_cast<std::size_t>(y * stride + x);
+                CAPTURE(round, x, y);
+                REQUIRE(edges[at] == 7);
+                if (!halfway)
+                    REQUIRE(std::abs(drawn[at] - (above + down * (below - above))) < 0.52f);
+            }
+        for (int y = 0; y < size; ++y) // and nothing beside the tile
+            for (int x = size; x < stride; ++x) {
+                REQUIRE(drawn[static_cast<std::size_t>(y * stride + x)] == 7);
+                REQUIRE(edges[static_cast<std::size_t>(y * stride + x)] == 77);
+            }
+
+        // Where the readings show a hole, or an edge, every pixel is looked up.
+        const float u = between(&MappedCorner::u, 0.5f, 0.25f);
+        const float v = between(&MappedCorner::v, 0.5f, 0.25f);
+        for (int dv = -1; dv <= 1; ++dv)
+            for (int du = -1; du <= 1; ++du)
+                z[static_cast<std::size_t>((static_cast<int>(v + 0.5f) + dv) * width +
+                                           static_cast<int>(u + 0.5f) + du)] =
+                    round % 2 == 0 ? 0 : with_edge_distance(2, 4);
+        drawn = untouched;
+        edges = no_edges;
+        const int found = draw(drawn, edges);
+        tile.even = false;
+        REQUIRE(found == draw(one_by_one, edges_one_by_one));
+        REQUIRE((found < size * size) == (round % 2 == 0));
+        REQUIRE(drawn == one_by_one);
+        REQUIRE(edges == edges_one_by_one);
+    }
+}
