@@ -10,6 +10,7 @@
 #endif
 
 #include <algorithm>
+#include <array>
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
@@ -59,6 +60,19 @@ template <class Work>
 template <class D, class V>
 [[maybe_unused]] HWY_API auto order(D /*tag*/, V value) {
     return hn::BitCast(hn::RebindToSigned<D>(), value);
+}
+
+[[maybe_unused]] inline constexpr std::array<float, 64> whole_numbers = [] {
+    std::array<float, 64> numbers{};
+    for (std::size_t i = 0; i < numbers.size(); ++i)
+        numbers[i] = static_cast<float>(i);
+    return numbers;
+}();
+
+/// first, first + 1, ...; as a table, since g++ makes it number by number.
+template <class D>
+[[maybe_unused]] HWY_API auto ramp(D d, int first) {
+    return hn::Add(hn::LoadU(d, whole_numbers.data()), hn::Set(d, static_cast<float>(first)));
 }
 
 } // namespace

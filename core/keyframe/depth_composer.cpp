@@ -165,7 +165,7 @@ void DepthComposer::fill_in() {
 DepthComposer::ConfidenceTable DepthComposer::confidences(float error_scale) const {
     ConfidenceTable table{};
     for (int l = 0; l < layer_count_; ++l)
-        for (int d = 1; d <= DepthSurface::far_from_edge; ++d) {
+        for (int d = 1; d <= far_from_edge; ++d) {
             const Layer &layer = layers_[static_cast<std::size_t>(l)];
             for (int bin = 0; bin < depth_bins; ++bin) {
                 const float z = (static_cast<float>(bin) + 0.5f) * 0.001f * depth_bin_mm;

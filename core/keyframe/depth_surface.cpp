@@ -2,7 +2,6 @@
 #include "core/keyframe/depth_surface.hpp"
 
 #include "core/keyframe/surface_kernels.hpp"
-#include "core/keyframe/surface_point.hpp"
 
 #include <algorithm>
 #include <array>

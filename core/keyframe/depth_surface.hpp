@@ -9,6 +9,7 @@
 #include "core/keyframe/sensor_noise.hpp"
 #include "core/keyframe/surface_kernels.hpp"
 #include "core/keyframe/surface_pieces.hpp"
+#include "core/keyframe/surface_point.hpp"
 
 #include <array>
 #include <vector>
@@ -40,11 +41,6 @@ struct SurfaceOptions {
 /// Allocates when made; build() is real-time safe.
 class DepthSurface {
 public:
-    /// Edge distances are counted up to this many pixels.
-    static constexpr int far_from_edge = 7;
-    /// Points on an edge have a distance of 1.
-    static constexpr int beside_edge = 2;
-
     DepthSurface(const Intrinsics &camera, const SurfaceOptions &options);
 
     /// `depth`: readings, millimetres, 0 = none; `correction` makes them true depths. `amplitude`:

@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstdlib>
@@ -56,8 +57,7 @@ constexpr float centre(int piece) {
 
 TileMapping::TileMapping(const Intrinsics &from, const Intrinsics &to, int least_edge_distance_px,
                          WorkerPool &pool)
-    : from_(from), to_(to),
-      least_edge_distance_(std::max(least_edge_distance_px, DepthSurface::beside_edge)),
+    : from_(from), to_(to), least_edge_distance_(std::max(least_edge_distance_px, beside_edge)),
       pool_(pool),
       shares_(pool, {Image<Tile>(whole_tiles(to.width, tile_px), whole_tiles(to.height, tile_px)),
                      std::vector<TileRange>(static_cast<std::size_t>(
@@ -191,10 +191,11 @@ bool TileMapping::map_surface(int x, int y, const Mapping &by) {
     if (!(one_surface(tile) && a && b && c && e))
         return false;
     MappedTile &mapped = mapped_(x, y);
-    mapped = {{*a, *b, *c, *e}, true, true};
+    mapped = {};
+    std::ranges::copy(std::array{*a, *b, *c, *e}, mapped.corners);
     mapped.in_picture = in_picture(*a) && in_picture(*b) && in_picture(*c) && in_picture(*e);
     const bool whole = tile.holes == 0 && mapped.in_picture;
-    mapped.even = whole && tile.least_edge_distance == DepthSurface::far_from_edge;
+    mapped.even = whole && tile.least_edge_distance >= far_from_edge;
     return whole || shows_its_points(x, y, by);
 }
 
@@ -208,7 +209,7 @@ bool TileMapping::map_alike(int x, int y, const Mapping &by) {
     const float z = 2 * near * far / (near + far);
     MappedTile &mapped = mapped_(x, y);
     mapped = {};
-    mapped.sloped = false;
+    mapped.one_surface = false;
     mapped.inverse_depth = 1 / z;
     if (far > near) {
         const float u = centre(column_of(tile.nearest)), v = centre(row_of(tile.nearest));

@@ -5,6 +5,7 @@
 #include "core/base/worker_pool.hpp"
 #include "core/base/worker_shares.hpp"
 #include "core/keyframe/depth_surface.hpp"
+#include "core/keyframe/mapped_tile.hpp"
 #include "core/keyframe/surface_projection.hpp"
 
 #include <Eigen/Core>

@@ -44,7 +44,7 @@ public:
     ///
     /// `depth` and `edge_distance` are of the view's size and become, both 0 where there is
     /// nothing: what a TOF camera with that `correction` would read, millimetres; and how far its
-    /// point is from the next edge of the surface, pixels, at most DepthSurface::far_from_edge.
+    /// point is from the next edge of the surface, pixels, at most far_from_edge.
     /// Returns how many pixels have depth.
     int run(const DepthSurface &surface, const Pose &pose, ImageView<std::uint16_t> depth,
             ImageView<std::uint8_t> edge_distance, const DepthCorrection &correction = {},

@@ -4,44 +4,20 @@
 #define HWY_TARGET_INCLUDE "core/keyframe/warp_kernels.cpp"
 #include "core/keyframe/warp_kernels.hpp"
 
-#include "core/keyframe/surface_point.hpp"
+#include "core/keyframe/mapped_tile.hpp"
 
 #include <algorithm>
-#include <array>
-#include <cstring>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
 // clang-format off: after Highway, once for each instruction set
 #include "core/base/lanes-inl.hpp"
+#include "core/keyframe/surface_point-inl.hpp"
 // clang-format on
 
 HWY_BEFORE_NAMESPACE();
 namespace afterglow::HWY_NAMESPACE {
 namespace {
-
-/// Steepest slope along which a depth is moved, share of depth per pixel.
-constexpr float steepest = 0.03f;
-
-constexpr std::array<float, 64> whole_numbers = [] {
-    std::array<float, 64> numbers{};
-    for (std::size_t i = 0; i < numbers.size(); ++i)
-        numbers[i] = static_cast<float>(i);
-    return numbers;
-}();
-
-/// first, first + 1, ...; as a table, since g++ makes it number by number.
-template <class D>
-HWY_API auto ramp(D d, int first) {
-    return hn::Add(hn::LoadU(d, whole_numbers.data()), hn::Set(d, static_cast<float>(first)));
-}
-
-/// Edge distances of points of a surface, 0 where there is none.
-template <class D, class V>
-HWY_API auto edge_of(D /*tag*/, V z) {
-    const hn::RebindToSigned<D> di;
-    return hn::And(hn::BitCast(di, z), hn::Set(di, edge_distance_bits));
-}
 
 /// A homogeneous pixel in vectors.
 template <class V>
@@ -137,25 +113,14 @@ void project(const PointRow &points, const RowProjection &projection, const RowM
         const auto column = hn::ConvertTo(di, hn::IfThenElseZero(hn::RebindMask(d, lands), x));
         const auto row = hn::ConvertTo(di, hn::IfThenElseZero(hn::RebindMask(d, lands), y));
 
-        // Inside the surface the depth changes from pixel to pixel as between the neighbours.
-        const auto left = hn::LoadU(d, in.z + i), right = hn::LoadU(d, in.z + i + 2);
-        const auto above = hn::LoadU(d, in.above + i), below = hn::LoadU(d, in.below + i);
-        const auto least =
-            hn::Min(hn::Min(bits(left), bits(right)), hn::Min(bits(above), bits(below)));
-        const auto inside =
-            hn::And(hn::Gt(edge, hn::Set(di, 2)), hn::RebindMask(di, hn::Ne(least, hn::Zero(du))));
-        const auto most = hn::Mul(hn::Set(d, steepest), depth);
-        const auto least_step = hn::Mul(hn::Set(d, -steepest), depth); // Neg() is slow on ARMv7
-        const auto slope = [&](auto from, auto to) HWY_ATTR {
-            const auto step = hn::Mul(half, hn::Sub(to, from));
-            return hn::Min(hn::Max(step, least_step), most);
-        };
         const auto to_centre = [&](auto pixel, auto place) HWY_ATTR {
             return hn::Sub(hn::ConvertTo(d, pixel), hn::Sub(place, half));
         };
-        const auto rise = hn::Add(hn::Mul(slope(left, right), to_centre(column, x)),
-                                  hn::Mul(slope(above, below), to_centre(row, y)));
-        const auto moved = hn::Add(depth, hn::IfThenElseZero(hn::RebindMask(d, inside), rise));
+        const Around<hn::Vec<decltype(d)>> around = {
+            hn::LoadU(d, in.z + i), hn::LoadU(d, in.z + i + 2), hn::LoadU(d, in.above + i),
+            hn::LoadU(d, in.below + i)};
+        const auto moved =
+            hn::Add(depth, rise(d, edge, around, depth, to_centre(column, x), to_centre(row, y)));
         const auto units =
             hn::ConvertTo(di, hn::Add(hn::Mul(moved, hn::Set(d, warped_units_per_m)), half));
         const auto value = hn::Or(hn::ShiftLeft<warped_depth_shift>(units), edge);
@@ -282,236 +247,6 @@ void tile_ranges(const PieceRow &pieces, const PieceProjection &projection,
     });
 }
 
-/// A value that is bilinear between a tile's corners, in columns of vectors: at the first row, and
-/// the step to the next one.
-template <class V>
-struct Bilinear {
-    V value, step;
-};
-
-/// How much the depth changes from a point of a surface to another place on it, which is `along`
-/// and `down` from there, pixels: as between the points around, if they are of that surface, too.
-template <class D, class V, class VI>
-HWY_API V rise_between(D d, ImageView<const float> z, VI column, VI line, V depth, V along,
-                       V down) {
-    const hn::RebindToSigned<D> di;
-    const hn::RebindToUnsigned<D> du;
-    const auto stride = hn::Set(di, z.stride()), one = hn::Set(di, 1);
-    const auto within = [&](VI at, int size) HWY_ATTR {
-        const auto last = hn::Set(du, static_cast<std::uint32_t>(size - 2));
-        return hn::RebindMask(di, hn::Lt(hn::BitCast(du, hn::Sub(at, one)), last));
-    };
-    const auto has_neighbours = hn::And(within(column, z.width()), within(line, z.height()));
-    const auto offset = hn::IfThenElse(has_neighbours, hn::Add(hn::Mul(line, stride), column),
-                                       hn::Add(stride, one));
-    const auto at = [&](VI place) HWY_ATTR { return hn::GatherIndex(d, z.data(), place); };
-    const auto left = at(hn::Sub(offset, one)), right = at(hn::Add(offset, one));
-    const auto above = at(hn::Sub(offset, stride)), below = at(hn::Add(offset, stride));
-    const auto bits = [&](V value) HWY_ATTR { return hn::BitCast(du, value); };
-    const auto least = hn::Min(hn::Min(bits(left), bits(right)), hn::Min(bits(above), bits(below)));
-    const auto inside = hn::And(hn::And(has_neighbours, hn::Gt(edge_of(d, depth), hn::Set(di, 2))),
-                                hn::RebindMask(di, hn::Ne(least, hn::Zero(du))));
-    const auto most = hn::Mul(hn::Set(d, steepest), depth);
-    const auto least_step = hn::Mul(hn::Set(d, -steepest), depth);
-    const auto slope = [&](V from, V to) HWY_ATTR {
-        const auto step = hn::Mul(hn::Set(d, 0.5f), hn::Sub(to, from));
-        return hn::Min(hn::Max(step, least_step), most);
-    };
-    const auto rise =
-        hn::Add(hn::Mul(slope(left, right), along), hn::Mul(slope(above, below), down));
-    return hn::IfThenElseZero(hn::RebindMask(d, inside), rise);
-}
-
-/// How much the depth of a tile's surface changes from column to column and from row to row of it.
-struct TileSlope {
-    float by_u = 0, by_v = 0;
-};
-/// The slope along both diagonals tells it.
-TileSlope slope_between(const MappedTile &tile) {
-    const MappedCorner &a = tile.corners[0], &b = tile.corners[1];
-    const MappedCorner &c = tile.corners[2], &e = tile.corners[3];
-    const float u1 = e.u - a.u, v1 = e.v - a.v, z1 = e.z - a.z;
-    const float u2 = c.u - b.u, v2 = c.v - b.v, z2 = c.z - b.z;
-    const float area = u1 * v2 - u2 * v1, most = steepest * a.z;
-    return {std::clamp((z1 * v2 - z2 * v1) / area, -most, most),
-            std::clamp((u1 * z2 - u2 * z1) / area, -most, most)};
-}
-
-/// Pixels of a tile, each so many from the next, whose readings tell those between them.
-constexpr int grid_px = 4, grid_across = mapped_tile_px / grid_px + 1;
-/// All of them and some more, as whole vectors have: where they are, shares of the tile.
-constexpr int grid_pixels = 32;
-struct GridPlaces {
-    HWY_ALIGN float x[grid_pixels], y[grid_pixels];
-};
-constexpr GridPlaces grid = [] {
-    GridPlaces places{};
-    for (int y = 0; y < grid_across; ++y)
-        for (int x = 0; x < grid_across; ++x) {
-            places.x[y * grid_across + x] = static_cast<float>(x) / (grid_across - 1);
-            places.y[y * grid_across + x] = static_cast<float>(y) / (grid_across - 1);
-        }
-    return places;
-}();
-
-/// The readings at the grid's pixels, and half a unit; false if one of them is not far from edges.
-bool read_grid(const MappedTile &tile, ImageView<const float> z, float *HWY_RESTRICT readings) {
-    const hn::CappedTag<float, grid_pixels> d;
-    const hn::RebindToSigned<decltype(d)> di;
-    const MappedCorner &a = tile.corners[0], &b = tile.corners[1];
-    const MappedCorner &c = tile.corners[2], &e = tile.corners[3];
-    const auto [by_u, by_v] = slope_between(tile);
-    const auto half = hn::Set(d, 0.5f);
-    const auto far = hn::Set(di, edge_distance_bits);
-    auto edges = far;
-    for (int i = 0; i < grid_across * grid_across; i += static_cast<int>(hn::Lanes(d))) {
-        const auto x = hn::Load(d, grid.x + i), y = hn::Load(d, grid.y + i);
-        const auto between = [&](float MappedCorner::*of) HWY_ATTR {
-            const float right = b.*of - a.*of, down = c.*of - a.*of;
-            const auto step =
-                hn::Add(hn::Set(d, down), hn::Mul(x, hn::Set(d, e.*of - c.*of - right)));
-            return hn::Add(hn::Add(hn::Set(d, a.*of), hn::Mul(x, hn::Set(d, right))),
-                           hn::Mul(y, step));
-        };
-        const auto u = between(&MappedCorner::u), v = between(&MappedCorner::v);
-        const auto column = hn::ConvertTo(di, hn::Add(u, half));
-        const auto row = hn::ConvertTo(di, hn::Add(v, half));
-        const auto depth =
-            hn::GatherIndex(d, z.data(), hn::Add(hn::Mul(row, hn::Set(di, z.stride())), column));
-        edges = hn::And(edges, edge_of(d, depth));
-        const auto rise = hn::Add(hn::Mul(hn::Set(d, by_u), hn::Sub(u, hn::ConvertTo(d, column))),
-                                  hn::Mul(hn::Set(d, by_v), hn::Sub(v, hn::ConvertTo(d, row))));
-        const auto reading = hn::Add(hn::Mul(hn::Add(depth, rise), between(&MappedCorner::scale)),
-                                     between(&MappedCorner::shift));
-        hn::Store(hn::Add(reading, half), d, readings + i);
-    }
-    return hn::AllTrue(di, hn::Eq(edges, far));
-}
-
-/// A tile between the readings of its grid.
-int draw_even(const float *HWY_RESTRICT readings, ImageView<std::uint16_t> millimetres,
-              ImageView<std::uint8_t> edge_distance) {
-    const hn::CappedTag<float, grid_px> of_cell;
-    const hn::CappedTag<float, mapped_tile_px> d;
-    const hn::RebindToSigned<decltype(d)> di;
-    const hn::Rebind<std::uint16_t, decltype(d)> d16;
-    constexpr float part = 1.0f / grid_px;
-    HWY_ALIGN float lines[grid_across][mapped_tile_px];
-    for (int y = 0; y < grid_across; ++y)
-        for (int x = 0; x < mapped_tile_px; x += static_cast<int>(hn::Lanes(of_cell))) {
-            const float *const from = readings + y * grid_across + x / grid_px;
-            const auto across = hn::Mul(ramp(of_cell, x % grid_px), hn::Set(of_cell, part));
-            hn::Store(hn::Add(hn::Set(of_cell, from[0]),
-                              hn::Mul(across, hn::Set(of_cell, from[1] - from[0]))),
-                      of_cell, lines[y] + x);
-        }
-    for (int y = 0; y < mapped_tile_px; y += grid_px)
-        for (int x = 0; x < mapped_tile_px; x += static_cast<int>(hn::Lanes(d))) {
-            auto reading = hn::Load(d, lines[y / grid_px] + x);
-            const auto next = hn::Load(d, lines[y / grid_px + 1] + x);
-            const auto step = hn::Mul(hn::Sub(next, reading), hn::Set(d, part));
-            for (int row = y; row < y + grid_px; ++row) {
-                hn::StoreU(hn::DemoteTo(d16, hn::ConvertTo(di, reading)), d16,
-                           millimetres.row(row) + x);
-                reading = hn::Add(reading, step);
-            }
-        }
-    for (int row = 0; row < mapped_tile_px; ++row)
-        std::memset(edge_distance.row(row), edge_distance_bits, mapped_tile_px);
-    return mapped_tile_px * mapped_tile_px;
-}
-
-template <bool in_picture, bool sloped>
-int draw_tile(const MappedTile &tile, ImageView<const float> z, int least_edge_distance,
-              ImageView<std::uint16_t> millimetres, ImageView<std::uint8_t> edge_distance) {
-    const hn::CappedTag<float, mapped_tile_px> d;
-    const hn::RebindToSigned<decltype(d)> di;
-    const hn::Rebind<std::uint16_t, decltype(d)> d16;
-    const hn::Rebind<std::uint8_t, decltype(d)> d8;
-    constexpr float part = 1.0f / mapped_tile_px;
-    const MappedCorner &a = tile.corners[0], &b = tile.corners[1];
-    const MappedCorner &c = tile.corners[2], &e = tile.corners[3];
-    const auto [by_u, by_v] = sloped ? slope_between(tile) : TileSlope{};
-    const auto across = hn::Set(d, by_u), down = hn::Set(d, by_v);
-    const auto below_least = hn::Set(di, least_edge_distance - 1);
-    const float *const depths = z.data();
-    const auto depth_stride = hn::Set(di, z.stride());
-    [[maybe_unused]] const auto half = hn::Set(d, 0.5f);
-    [[maybe_unused]] const auto inverse_depth = hn::Set(d, tile.inverse_depth);
-    auto found = hn::Zero(di);
-    for (int i = 0; i < mapped_tile_px; i += static_cast<int>(hn::Lanes(d))) {
-        const auto column = ramp(d, i);
-        const auto between = [&](float at_a, float at_b, float at_c, float at_e) HWY_ATTR {
-            const float step = part * (at_b - at_a);
-            const auto first = hn::Add(hn::Set(d, at_a), hn::Mul(column, hn::Set(d, step)));
-            const auto of_step = hn::Set(d, part * (part * (at_e - at_c) - step));
-            return Bilinear<hn::Vec<decltype(d)>>{
-                first, hn::Add(hn::Set(d, part * (at_c - at_a)), hn::Mul(column, of_step))};
-        };
-        // Places are half a pixel more, so that what is below is the nearest pixel.
-        auto u = between(a.u + 0.5f, b.u + 0.5f, c.u + 0.5f, e.u + 0.5f);
-        auto v = between(a.v + 0.5f, b.v + 0.5f, c.v + 0.5f, e.v + 0.5f);
-        auto scale = between(a.scale, b.scale, c.scale, e.scale);
-        const auto shifted = [slope = by_u + by_v](const MappedCorner &corner) {
-            return corner.shift - 0.5f * slope * corner.scale + 0.5f;
-        };
-        auto shift = between(shifted(a), shifted(b), shifted(c), shifted(e));
-        for (int row = 0; row < mapped_tile_px; ++row) {
-            const auto x = hn::ConvertTo(di, u.value), y = hn::ConvertTo(di, v.value);
-            auto offset = hn::Add(hn::Mul(y, depth_stride), x);
-            hn::Mask<decltype(di)> on_picture;
-            if constexpr (!in_picture) {
-                const hn::RebindToUnsigned<decltype(d)> du;
-                const auto inside = [&](auto at, int end) HWY_ATTR {
-                    return hn::RebindMask(di, hn::Lt(hn::BitCast(du, at),
-                                                     hn::Set(du, static_cast<std::uint32_t>(end))));
-                };
-                on_picture = hn::And(inside(x, z.width()), inside(y, z.height()));
-                offset = hn::IfThenElseZero(on_picture, offset);
-            }
-            const auto depth = hn::GatherIndex(d, depths, offset);
-            const auto along = hn::Sub(u.value, hn::ConvertTo(d, x));
-            const auto downwards = hn::Sub(v.value, hn::ConvertTo(d, y));
-            hn::Vec<decltype(d)> rise;
-            if constexpr (sloped)
-                rise = hn::Add(hn::Mul(across, along), hn::Mul(down, downwards));
-            else {
-                const auto nearer = hn::Sub(hn::Div(hn::Set(d, 1.0f), depth), inverse_depth);
-                rise = rise_between(
-                    d, z, x, y, depth,
-                    hn::Sub(hn::Sub(along, half), hn::Mul(hn::Set(d, tile.parallax_u), nearer)),
-                    hn::Sub(hn::Sub(downwards, half),
-                            hn::Mul(hn::Set(d, tile.parallax_v), nearer)));
-            }
-            const auto reading = hn::Add(hn::Mul(hn::Add(depth, rise), scale.value), shift.value);
-            const auto edge = edge_of(d, depth);
-            auto there = hn::Gt(edge, below_least);
-            if constexpr (!in_picture)
-                there = hn::And(there, on_picture);
-            const auto whole = hn::IfThenElseZero(there, hn::ConvertTo(di, reading));
-            found = hn::Sub(found, hn::VecFromMask(di, there));
-            hn::StoreU(hn::DemoteTo(d16, whole), d16, millimetres.row(row) + i);
-            hn::StoreU(hn::DemoteTo(d8, hn::IfThenElseZero(there, edge)), d8,
-                       edge_distance.row(row) + i);
-            for (auto *const of : {&u, &v, &scale, &shift})
-                of->value = hn::Add(of->value, of->step);
-        }
-    }
-    return hn::GetLane(hn::SumOfLanes(di, found));
-}
-
-int draw(const MappedTile &tile, ImageView<const float> z, int least_edge_distance,
-         ImageView<std::uint16_t> millimetres, ImageView<std::uint8_t> edge_distance) {
-    HWY_ALIGN float readings[grid_pixels];
-    if (tile.even && read_grid(tile, z, readings))
-        return draw_even(readings, millimetres, edge_distance);
-    const auto draw_it = tile.in_picture
-                             ? tile.sloped ? draw_tile<true, true> : draw_tile<true, false>
-                         : tile.sloped ? draw_tile<false, true>
-                                       : draw_tile<false, false>;
-    return draw_it(tile, z, least_edge_distance, millimetres, edge_distance);
-}
-
 } // namespace
 } // namespace afterglow::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -524,7 +259,6 @@ HWY_EXPORT(project);
 HWY_EXPORT(doubt);
 HWY_EXPORT(readings);
 HWY_EXPORT(tile_ranges);
-HWY_EXPORT(draw);
 
 } // namespace
 
@@ -545,11 +279,6 @@ int find_readings(const WarpedRow &row, std::uint16_t *millimetres, std::uint8_t
 void find_tile_ranges(const PieceRow &pieces, const PieceProjection &projection, TileRange *ranges,
                       TileRange *wide_ranges) {
     HWY_DYNAMIC_DISPATCH(tile_ranges)(pieces, projection, ranges, wide_ranges);
-}
-
-int draw_mapped(const MappedTile &tile, ImageView<const float> z, int least_edge_distance,
-                ImageView<std::uint16_t> millimetres, ImageView<std::uint8_t> edge_distance) {
-    return HWY_DYNAMIC_DISPATCH(draw)(tile, z, least_edge_distance, millimetres, edge_distance);
 }
 
 } // namespace afterglow

@@ -87,9 +87,6 @@ struct WarpedRow {
 /// how many are not. Real-time safe.
 int find_readings(const WarpedRow &row, std::uint16_t *millimetres, std::uint8_t *edge_distance);
 
-/// Square tiles of a view that are drawn at once.
-constexpr int mapped_tile_px = 16;
-
 /// Square pieces of one row of a surface: their least and greatest depths, metres, 0 = none.
 struct PieceRow {
     const float *nearest, *farthest;
@@ -119,30 +116,5 @@ struct TileRange {
 /// may be seen on all of them. With the one margin and with the other. Real-time safe.
 void find_tile_ranges(const PieceRow &pieces, const PieceProjection &projection, TileRange *ranges,
                       TileRange *wide_ranges);
-
-/// What is seen at a corner of a tile: the pixel (u, v) of a surface, whose depth there is z,
-/// metres. A point of that pixel with another depth z' reads scale z' + shift, millimetres.
-struct MappedCorner {
-    float u = 0, v = 0, z = 0, scale = 0, shift = 0;
-};
-/// Corners at the first pixels of a tile and of the next ones: at the left and right, then below.
-struct MappedTile {
-    MappedCorner corners[4];
-    bool sloped = true;     ///< the corners are on one surface
-    bool in_picture = true; ///< and all on it
-    bool even = false;      ///< and nothing on the tile is a hole or near an edge
-    /// If not sloped: the corners' inverse depth, 1/m, and by how much points of another one are
-    /// seen elsewhere, in pixels of the surface, metres.
-    float inverse_depth = 0, parallax_u = 0, parallax_v = 0;
-};
-
-/// Draws a tile of readings, millimetres, and of edge distances, both 0 = none: between the corners
-/// all is bilinear; the point is that of the nearest pixel of the surface `z` (DepthSurface::z()),
-/// its depth moved along the slope between the corners, if they are on one surface, else along that
-/// between the points around it, and by its parallax. Points nearer to an edge than
-/// `least_edge_distance` are left out. `z` has at least 3 rows and columns. The images begin at the
-/// tile's first pixel and have as many columns. Returns how many pixels have depth. Real-time safe.
-int draw_mapped(const MappedTile &tile, ImageView<const float> z, int least_edge_distance,
-                ImageView<std::uint16_t> millimetres, ImageView<std::uint8_t> edge_distance);
 
 } // namespace afterglow

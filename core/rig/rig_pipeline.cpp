@@ -26,7 +26,7 @@ KeyframeOptions adapted(KeyframeOptions options, const RigGeometry &geometry, co
     options.warp.least_edge_distance_px =
         1 + std::clamp(static_cast<int>(
                            std::ceil((options.warp.least_edge_distance_px - 1) * finer - 0.01)),
-                       0, DepthSurface::far_from_edge - 1);
+                       0, far_from_edge - 1);
     options.surface.keep_creases = true;
     options.warp.edges_hide = true;
     options.self_calibration.tilt *= calibrated;

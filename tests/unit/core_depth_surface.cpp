@@ -36,7 +36,7 @@ TEST_CASE("the depth surface knows each pixel's distance to the nearest depth ed
     const DepthSurface surface = surface_of(step());
     for (int u = 0; u < camera.width; ++u) {
         const int distance = u < 50 ? 50 - u : u - 49;
-        CHECK(surface.edge_distance()(u, 35) == std::min(distance, DepthSurface::far_from_edge));
+        CHECK(surface.edge_distance()(u, 35) == std::min(distance, far_from_edge));
     }
 }
 
@@ -50,7 +50,7 @@ TEST_CASE("the depth surface sees no depth edge in a slope or around a hole", "[
             map(u, v) = 0;
     const DepthSurface surface = surface_of(map);
     for (int u = 0; u < camera.width; ++u)
-        CHECK(surface.edge_distance()(u, 20) == DepthSurface::far_from_edge);
+        CHECK(surface.edge_distance()(u, 20) == far_from_edge);
     CHECK(surface.z()(31, 20) == 0.0f);
 }
 
@@ -77,7 +77,7 @@ TEST_CASE("the depth surface fills cracks between parts of one surface", "[core]
         CHECK(surface.z()(36, 20) == 0.0f);
         if (crack_px >= 1) {
             CHECK(surface.z()(20, 20) == Approx(left));
-            CHECK(edge_distance_of(surface.z()(20, 20)) == DepthSurface::beside_edge);
+            CHECK(edge_distance_of(surface.z()(20, 20)) == beside_edge);
         }
         // Three columns are on edges there.
         CHECK(surface.z()(70, 20) == Approx(0.001f * map(70, 20)));

@@ -100,7 +100,7 @@ TEST_CASE("the expected error of a pixel falls with edge distance and grows with
     const auto known = Eigen::Matrix<float, 6, 6>::Zero();
     const MapError error = map_error(surface, camera, Pose::identity(), known, ErrorOptions{});
     const SensorNoise noise;
-    for (int distance = 1; distance < DepthSurface::far_from_edge; ++distance)
+    for (int distance = 1; distance < far_from_edge; ++distance)
         CHECK(pixel_error(error, noise, 0.7f, 1.0f, distance) >
               pixel_error(error, noise, 0.7f, 1.0f, distance + 1));
     CHECK(pixel_error(error, noise, 0.7f, 4.0f, 7) > pixel_error(error, noise, 0.7f, 1.0f, 7));

@@ -106,7 +106,7 @@ TEST_CASE("tiles whose points hide nothing of each other are mapped", "[core]") 
             for (int u = 0; u < camera.width; ++u)
                 wall(u, v) = u < 152 ? 2000 : u < 168 ? 0 : 2200;
         // Where both are seen the corners put one of them beside its place.
-        const Contents found = contents(surface_of(wall), {rotation({0, 0, 0}), {0.4, 0, 0}});
+        const Contents found = contents(surface_of(wall), shifted(0.4));
         CHECK(found.mixed >= 8);
     }
 }

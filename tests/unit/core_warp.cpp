@@ -304,7 +304,7 @@ TEST_CASE("warping tells how far each pixel's point is from the next depth edge"
     // The plate is seen from column 53 to 92; its own edge is not carried.
     CHECK(carried.edges(54, 50) == 2);
     CHECK(carried.edges(57, 50) == 5);
-    CHECK(carried.edges(70, 50) == DepthSurface::far_from_edge);
+    CHECK(carried.edges(70, 50) == far_from_edge);
 }
 
 TEST_CASE("warping carries no reading nearer to a depth edge than asked for", "[core]") {

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/base/image.hpp"
+
+#include <cstdint>
+
+namespace afterglow {
+
+/// Side of the square tiles of a view, pixels.
+constexpr int mapped_tile_px = 16;
+
+/// What is seen at a corner of a tile: the pixel (u, v) of a surface, whose depth there is z,
+/// metres. A point of that pixel with another depth z' reads scale z' + shift, millimetres.
+struct MappedCorner {
+    float u = 0, v = 0, z = 0, scale = 0, shift = 0;
+};
+
+/// Where a tile's pixels are on a surface: bilinear between the corners, which are at the first
+/// pixels of the tile and of the next ones: at the left and right, then below.
+struct MappedTile {
+    MappedCorner corners[4];
+    /// The corners and what is between them are on one surface. If not, the corners have the depth
+    /// 1 / inverse_depth, and points of other depths are displaced by their parallax.
+    bool one_surface = true;
+    /// All corners are in the surface's picture.
+    bool in_picture = true;
+    /// One surface, in the picture, without holes, and far from edges.
+    bool even = false;
+    /// If not one surface: 1/m, and pixels of the surface times metres. A point whose inverse depth
+    /// is w more than that of the corners is seen where these put the pixel that is parallax w
+    /// farther right and down.
+    float inverse_depth = 0, parallax_u = 0, parallax_v = 0;
+};
+
+/// Draws a tile of readings, millimetres, and of edge distances, pixels, both 0 = none. A pixel
+/// shows the nearest point of the surface `z` (DepthSurface::z()), whose depth is moved to the
+/// pixel's place: along the slope between the corners if they are on one surface, else along the
+/// slope between the points around it. Of an even tile only every fourth pixel of every fourth row
+/// is looked up so; readings are bilinear between them. Points nearer to an edge than
+/// `least_edge_distance` are left out. `z` has at least 3 rows and columns. The images begin at the
+/// tile's first pixel and have as many columns. Returns how many pixels have depth. Real-time safe.
+int draw_mapped(const MappedTile &tile, ImageView<const float> z, int least_edge_distance,
+                ImageView<std::uint16_t> millimetres, ImageView<std::uint8_t> edge_distance);
+
+} // namespace afterglow
