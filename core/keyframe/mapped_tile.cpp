@@ -25,29 +25,74 @@ struct Bilinear {
     V value, step;
 };
 
-/// rise() from the points of a tile that is not of one surface, at those columns and rows, to
-/// places that are `along` columns and `down` rows from where the corners put the points.
-template <class D, class V, class VI>
-HWY_API V rise_around(D d, const MappedTile &tile, ImageView<const float> z, VI column, VI row,
-                      V depth, V along, V down) {
+/// The depths of four neighbours, metres, 0 = none: at the left and right, then below.
+template <class V>
+struct Neighbours {
+    V a, b, c, e;
+};
+/// Those whose first one is at that place of the surface's depths.
+template <class D, class VI>
+HWY_API Neighbours<hn::Vec<D>> neighbours_at(D d, ImageView<const float> z, VI place) {
+    const float *const upper = z.data(), *const lower = z.row(1);
+#if HWY_TARGET != HWY_SCALAR // which has no pairs
+    if constexpr (hn::MaxLanes(D()) ==
+                  4) { // instruction sets that load two, but look up one by one
+        const hn::Half<D> pair;
+        HWY_ALIGN std::int32_t at[4];
+        hn::Store(place, hn::RebindToSigned<D>(), at);
+        const auto two = [&](const float *from, int i) HWY_ATTR {
+            return hn::Combine(d, hn::LoadU(pair, from + at[i + 1]), hn::LoadU(pair, from + at[i]));
+        };
+        const auto above = two(upper, 0), above2 = two(upper, 2);
+        const auto below = two(lower, 0), below2 = two(lower, 2);
+        return {hn::ConcatEven(d, above2, above), hn::ConcatOdd(d, above2, above),
+                hn::ConcatEven(d, below2, below), hn::ConcatOdd(d, below2, below)};
+    }
+#endif
+    return {hn::GatherIndex(d, upper, place), hn::GatherIndex(d, upper + 1, place),
+            hn::GatherIndex(d, lower, place), hn::GatherIndex(d, lower + 1, place)};
+}
+
+/// What is seen at places of a tile that is not of one surface: the nearest point, and the depth,
+/// metres, at the place itself. This is bilinear between the four points around the place, moved by
+/// the point's parallax, unless one of them is missing or the point is beside an edge: they may be
+/// of another surface.
+template <class V>
+struct SeenPoint {
+    V point, depth;
+};
+template <class D, class V>
+HWY_API SeenPoint<V> seen_at(D d, const MappedTile &tile, ImageView<const float> z, V u, V v) {
     const hn::RebindToSigned<D> di;
     const hn::RebindToUnsigned<D> du;
-    const auto stride = hn::Set(di, z.stride()), one = hn::Set(di, 1);
-    const auto within = [&](VI at, int size) HWY_ATTR {
-        const auto last = hn::Set(du, static_cast<std::uint32_t>(size - 2));
-        return hn::RebindMask(di, hn::Lt(hn::BitCast(du, hn::Sub(at, one)), last));
+    const auto first = [&](V place, int size) HWY_ATTR {
+        const auto whole = hn::ConvertTo(di, place);
+        return hn::Min(hn::Max(whole, hn::Zero(di)), hn::Set(di, size - 2));
     };
-    const auto has_neighbours = hn::And(within(column, z.width()), within(row, z.height()));
-    const auto offset =
-        hn::IfThenElse(has_neighbours, hn::Add(hn::Mul(row, stride), column), hn::Add(stride, one));
-    const auto at = [&](VI place) HWY_ATTR { return hn::GatherIndex(d, z.data(), place); };
-    const Around<V> around = {at(hn::Sub(offset, one)), at(hn::Add(offset, one)),
-                              at(hn::Sub(offset, stride)), at(hn::Add(offset, stride))};
-    const auto edge = hn::IfThenElseZero(has_neighbours, edge_of(d, depth));
-    const auto nearer = hn::Sub(hn::Div(hn::Set(d, 1.0f), depth), hn::Set(d, tile.inverse_depth));
-    return rise(d, edge, around, depth,
-                hn::Sub(along, hn::Mul(hn::Set(d, tile.parallax_u), nearer)),
-                hn::Sub(down, hn::Mul(hn::Set(d, tile.parallax_v), nearer)));
+    const auto column = first(u, z.width()), row = first(v, z.height());
+    const auto from = hn::Add(hn::Mul(row, hn::Set(di, z.stride())), column);
+    const auto [a, b, c, e] = neighbours_at(d, z, from);
+    const auto right = hn::Sub(u, hn::ConvertTo(d, column));
+    const auto down = hn::Sub(v, hn::ConvertTo(d, row));
+    const auto half = order(d, hn::Set(d, 0.5f));
+    const auto nearer_right = hn::RebindMask(d, hn::Not(hn::Lt(order(d, right), half)));
+    const auto nearer_below = hn::RebindMask(d, hn::Not(hn::Lt(order(d, down), half)));
+    const auto point = hn::IfThenElse(nearer_below, hn::IfThenElse(nearer_right, e, c),
+                                      hn::IfThenElse(nearer_right, b, a));
+    const auto bits = [&](V value) HWY_ATTR { return hn::BitCast(du, value); };
+    const auto least = hn::Min(hn::Min(bits(a), bits(b)), hn::Min(bits(c), bits(e)));
+    const auto inside = hn::And(hn::Gt(edge_of(d, point), hn::Set(di, beside_edge)),
+                                hn::RebindMask(di, hn::Ne(least, hn::Zero(du))));
+    const auto nearer = hn::Sub(hn::Div(hn::Set(d, 1.0f), point), hn::Set(d, tile.inverse_depth));
+    const auto x = hn::Sub(right, hn::Mul(hn::Set(d, tile.parallax_u), nearer));
+    const auto y = hn::Sub(down, hn::Mul(hn::Set(d, tile.parallax_v), nearer));
+    const auto across = hn::Sub(b, a);
+    const auto above = hn::Add(a, hn::Mul(x, across));
+    const auto step = hn::Add(hn::Sub(c, a), hn::Mul(x, hn::Sub(hn::Sub(e, c), across)));
+    const auto between = hn::Add(above, hn::Mul(y, step));
+    const auto most = hn::Mul(hn::Set(d, 1 + steepest), point);
+    const auto limited = hn::Max(hn::Min(between, most), hn::Mul(hn::Set(d, 1 - steepest), point));
+    return {point, hn::IfThenElse(hn::RebindMask(d, inside), limited, point)};
 }
 
 /// How much the depth of a tile's surface changes along its columns and rows, metres per pixel.
@@ -162,10 +207,7 @@ int draw_tile(const MappedTile &tile, ImageView<const float> z, int least_edge_d
     const MappedCorner &a = tile.corners[0], &b = tile.corners[1];
     const MappedCorner &c = tile.corners[2], &e = tile.corners[3];
     const auto [by_u, by_v] = one_surface ? slope_between(tile) : TileSlope{};
-    const auto across = hn::Set(d, by_u), down = hn::Set(d, by_v);
     const auto below_least = hn::Set(di, least_edge_distance - 1);
-    const float *const depths = z.data();
-    const auto depth_stride = hn::Set(di, z.stride());
     auto found = hn::Zero(di);
     for (int i = 0; i < mapped_tile_px; i += static_cast<int>(hn::Lanes(d))) {
         const auto column = ramp(d, i);
@@ -185,32 +227,36 @@ int draw_tile(const MappedTile &tile, ImageView<const float> z, int least_edge_d
         };
         auto shift = between(shifted(a), shifted(b), shifted(c), shifted(e));
         for (int row = 0; row < mapped_tile_px; ++row) {
-            const auto x = hn::ConvertTo(di, u.value), y = hn::ConvertTo(di, v.value);
-            auto offset = hn::Add(hn::Mul(y, depth_stride), x);
             hn::Mask<decltype(di)> on_picture;
             if constexpr (!in_picture) {
                 const hn::RebindToUnsigned<decltype(d)> du;
-                const auto inside = [&](auto at, int end) HWY_ATTR {
-                    return hn::RebindMask(di, hn::Lt(hn::BitCast(du, at),
-                                                     hn::Set(du, static_cast<std::uint32_t>(end))));
+                const auto inside = [&](auto place, int end) HWY_ATTR {
+                    const auto at = hn::BitCast(du, hn::ConvertTo(di, place));
+                    return hn::RebindMask(di,
+                                          hn::Lt(at, hn::Set(du, static_cast<std::uint32_t>(end))));
                 };
-                on_picture = hn::And(inside(x, z.width()), inside(y, z.height()));
-                offset = hn::IfThenElseZero(on_picture, offset);
+                on_picture = hn::And(inside(u.value, z.width()), inside(v.value, z.height()));
             }
-            const auto depth = hn::GatherIndex(d, depths, offset);
-            const auto along = hn::Sub(u.value, hn::ConvertTo(d, x));
-            const auto downwards = hn::Sub(v.value, hn::ConvertTo(d, y));
-            hn::Vec<decltype(d)> moved_by;
-            if constexpr (one_surface)
-                moved_by = hn::Add(hn::Mul(across, along), hn::Mul(down, downwards));
-            else {
+            hn::Vec<decltype(d)> point, depth;
+            if constexpr (one_surface) {
+                const auto x = hn::ConvertTo(di, u.value), y = hn::ConvertTo(di, v.value);
+                auto offset = hn::Add(hn::Mul(y, hn::Set(di, z.stride())), x);
+                if constexpr (!in_picture)
+                    offset = hn::IfThenElseZero(on_picture, offset);
+                point = hn::GatherIndex(d, z.data(), offset);
+                const auto right = hn::Sub(u.value, hn::ConvertTo(d, x));
+                const auto down = hn::Sub(v.value, hn::ConvertTo(d, y));
+                depth = hn::Add(point, hn::Add(hn::Mul(hn::Set(d, by_u), right),
+                                               hn::Mul(hn::Set(d, by_v), down)));
+            } else {
                 const auto half = hn::Set(d, 0.5f);
-                moved_by = rise_around(d, tile, z, x, y, depth, hn::Sub(along, half),
-                                       hn::Sub(downwards, half));
+                const auto seen =
+                    seen_at(d, tile, z, hn::Sub(u.value, half), hn::Sub(v.value, half));
+                point = seen.point;
+                depth = seen.depth;
             }
-            const auto reading =
-                hn::Add(hn::Mul(hn::Add(depth, moved_by), scale.value), shift.value);
-            const auto edge = edge_of(d, depth);
+            const auto reading = hn::Add(hn::Mul(depth, scale.value), shift.value);
+            const auto edge = edge_of(d, point);
             auto there = hn::Gt(edge, below_least);
             if constexpr (!in_picture)
                 there = hn::And(there, on_picture);

@@ -56,24 +56,28 @@ struct DrawnTile {
     }
 };
 
-/// The slope of the surface's depth by its columns and rows, metres per pixel.
-Eigen::Vector2f clamped(const Eigen::Vector2f &slope, float z) {
-    return slope.cwiseMax(-0.03f * z).cwiseMin(0.03f * z);
-}
+/// The slope of a tile's surface by columns and rows, metres per pixel.
 Eigen::Vector2f slope_between(const MappedTile &tile) {
     const auto &[a, b, c, e] = tile.corners;
     const Eigen::Matrix2f diagonals{{e.u - a.u, e.v - a.v}, {c.u - b.u, c.v - b.v}};
-    return clamped(diagonals.inverse() * Eigen::Vector2f(e.z - a.z, c.z - b.z), a.z);
+    const Eigen::Vector2f slope = diagonals.inverse() * Eigen::Vector2f(e.z - a.z, c.z - b.z);
+    return slope.cwiseMax(-0.03f * a.z).cwiseMin(0.03f * a.z);
 }
-Eigen::Vector2f slope_around(ImageView<const float> surface, int u, int v) {
-    if (u < 1 || v < 1 || u > surface.width() - 2 || v > surface.height() - 2)
-        return {0, 0};
-    const float left = surface(u - 1, v), right = surface(u + 1, v);
-    const float above = surface(u, v - 1), below = surface(u, v + 1);
-    if (std::min({left, right, above, below}) == 0.0f ||
-        edge_distance_of(surface(u, v)) <= beside_edge)
-        return {0, 0};
-    return clamped({0.5f * (right - left), 0.5f * (below - above)}, surface(u, v));
+
+/// The depth, metres, at the place (u, v) of a surface whose nearest point is `point`, and which is
+/// seen where the place (u, v) + `parallax` is.
+float depth_between(ImageView<const float> surface, float u, float v, float point,
+                    const Eigen::Vector2f &parallax) {
+    const int left = std::clamp(static_cast<int>(u), 0, surface.width() - 2);
+    const int top = std::clamp(static_cast<int>(v), 0, surface.height() - 2);
+    const float a = surface(left, top), b = surface(left + 1, top);
+    const float c = surface(left, top + 1), e = surface(left + 1, top + 1);
+    if (std::min({a, b, c, e}) == 0.0f || edge_distance_of(point) <= beside_edge)
+        return point;
+    const float x = u - static_cast<float>(left) - parallax.x();
+    const float y = v - static_cast<float>(top) - parallax.y();
+    return std::clamp(std::lerp(std::lerp(a, b, x), std::lerp(c, e, x), y), 0.97f * point,
+                      1.03f * point);
 }
 
 } // namespace
@@ -126,12 +130,14 @@ TEST_CASE("a mapped tile of the view shows the nearest points of the surface, mo
                     REQUIRE((drawn.reading(x, y) == 0 && drawn.edge(x, y) == 0));
                     continue;
                 }
-                const Eigen::Vector2f slope =
-                    tile.one_surface ? of_tile : slope_around(surface, nu, nv);
-                const float nearer = tile.one_surface ? 0 : 1 / depth - tile.inverse_depth;
+                const float nearer = 1 / depth - tile.inverse_depth;
+                const Eigen::Vector2f beside(u - static_cast<float>(nu),
+                                             v - static_cast<float>(nv));
                 const float moved =
-                    depth + slope.x() * (u - static_cast<float>(nu) - tile.parallax_u * nearer) +
-                    slope.y() * (v - static_cast<float>(nv) - tile.parallax_v * nearer);
+                    tile.one_surface
+                        ? depth + of_tile.dot(beside)
+                        : depth_between(surface, u, v, depth,
+                                        nearer * Eigen::Vector2f(tile.parallax_u, tile.parallax_v));
                 const float reading = moved * between(tile, &MappedCorner::scale, x, y) +
                                       between(tile, &MappedCorner::shift, x, y);
                 REQUIRE(std::abs(static_cast<float>(drawn.reading(x, y)) - reading) < 0.51f);
