@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/calibration_limits.hpp"
 
+#include <Eigen/LU>
 #include <Eigen/SVD>
 #include <fmt/format.h>
 

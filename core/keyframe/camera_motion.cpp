@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/keyframe/camera_motion.hpp"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 
 namespace afterglow {

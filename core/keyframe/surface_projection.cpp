@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/keyframe/surface_projection.hpp"
 
+#include <Eigen/LU>
+
 #include <algorithm>
 
 namespace afterglow {

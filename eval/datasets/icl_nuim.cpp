@@ -4,6 +4,8 @@
 #include "drivers/files/text_fields.hpp"
 #include "eval/datasets/layout.hpp"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <array>
 #include <charconv>

@@ -4,6 +4,7 @@
 #include "eval/datasets/layout.hpp"
 #include "eval/datasets/registration.hpp"
 
+#include <Eigen/LU>
 #include <fmt/format.h>
 
 #include <cerrno>

@@ -3,6 +3,8 @@
 #include "tests/catch.hpp"
 #include "tests/temporary_folder.hpp"
 
+#include <Eigen/LU>
+
 #include <algorithm>
 #include <string>
 #include <utility>

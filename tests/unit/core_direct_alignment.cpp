@@ -5,6 +5,8 @@
 #include "tests/catch.hpp"
 #include "tests/instruction_set.hpp"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <array>
 #include <cmath>

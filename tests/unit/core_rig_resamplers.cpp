@@ -5,6 +5,8 @@
 #include "tests/allocation_count.hpp"
 #include "tests/catch.hpp"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 

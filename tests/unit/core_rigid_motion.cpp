@@ -2,6 +2,8 @@
 #include "core/base/rigid_motion.hpp"
 #include "tests/catch.hpp"
 
+#include <Eigen/LU>
+
 #include <cmath>
 #include <numbers>
 

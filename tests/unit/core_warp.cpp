@@ -2,6 +2,8 @@
 #include "core/keyframe/warp.hpp"
 #include "tests/catch.hpp"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 #include <random>

@@ -8,6 +8,7 @@
 #include "tests/catch.hpp"
 #include "tests/instruction_set.hpp"
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 
 #include <algorithm>

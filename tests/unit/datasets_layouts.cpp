@@ -2,6 +2,7 @@
 #include "eval/datasets/dataset.hpp"
 #include "tests/dataset_folder.hpp"
 
+#include <Eigen/Geometry>
 #include <fmt/format.h>
 
 #include <cmath>

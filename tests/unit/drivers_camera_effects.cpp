@@ -5,6 +5,8 @@
 #include "tests/catch.hpp"
 #include "tests/two_lenses.hpp"
 
+#include <Eigen/Geometry>
+
 #include <algorithm>
 #include <cmath>
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/simulated/synthetic/scene.hpp"
 
+#include <Eigen/Geometry>
+
 #include <array>
 #include <utility>
 

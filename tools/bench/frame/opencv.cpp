@@ -11,6 +11,8 @@
 //                    a user whose TOF camera is dark has not got
 #include "tools/bench/frame/benchmarks.hpp"
 
+#include <Eigen/LU>
+
 #include <algorithm>
 #include <benchmark/benchmark.h>
 #include <cstdint>
