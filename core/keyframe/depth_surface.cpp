@@ -176,7 +176,8 @@ void DepthSurface::load(DepthView depth) {
 }
 
 // White noise of deviation s gives the second difference of three neighbours the deviation s
-// sqrt(6), whatever the slope; edges are outliers to the median.
+// sqrt(6), whatever the slope; edges are outliers to the median. Where it is less than half of that
+// for the sensor's sigma, neighbours have most of their noise in common.
 void DepthSurface::measure_noise() {
     constexpr int step = 4, bins_per_sigma = 16, most_sigmas = 16;
     constexpr float median_of_gaussian = 0.6745f;
@@ -199,6 +200,7 @@ void DepthSurface::measure_noise() {
     for (int below = histogram[0]; 2 * below < count; below += histogram[median])
         ++median;
     noise_ = options_.noise.times(std::max(1.0f, static_cast<float>(median) / bins_per_sigma));
+    noise_is_shared_ = 2 * median < bins_per_sigma;
 }
 
 // A pixel is on an edge when a neighbour is on another surface. A hole is an edge only where both
@@ -312,7 +314,7 @@ void DepthSurface::grow_distance() {
 }
 
 // Weighted mean over the window of what lies on the pixel's own surface: within three sigmas plus a
-// slope.
+// slope. Where neighbours share their noise, every second pixel averages it as well as all do.
 void DepthSurface::smooth(int v, int radius, const AmplitudeWeights *weights, float *out) const {
     const int w = smooth_.width(), h = smooth_.height(), r = radius;
     const UnitDepth *row = raw_.row(v);
@@ -325,7 +327,9 @@ void DepthSurface::smooth(int v, int radius, const AmplitudeWeights *weights, fl
     for (int u = w - r; u < w; ++u)
         out[u] = metres(row[u]);
     if (!weights) { // as if all had one amplitude
-        smooth_row({row + r, raw_.view().stride(), r, w - 2 * r}, noise_, units_, out + r);
+        const bool every_second = noise_is_shared_ && r > 1 && !options_.keep_creases;
+        smooth_row({row + r, raw_.view().stride(), r, w - 2 * r, every_second}, noise_, units_,
+                   out + r);
         return;
     }
     for (int u = r; u < w - r; ++u) {

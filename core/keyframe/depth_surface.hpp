@@ -94,6 +94,7 @@ private:
     DepthCorrection correction_;
     SurfaceOptions options_;
     SensorNoise noise_ = options_.noise;
+    bool noise_is_shared_ = false; ///< most of it, by neighbouring readings
     DepthUnits units_;
     Image<UnitDepth> raw_; ///< with rows below the map's that are empty
     Image<float> smooth_;

@@ -210,7 +210,7 @@ void grow(const std::uint8_t *HWY_RESTRICT next, int count, std::uint8_t *HWY_RE
 }
 
 /// `fixed_radius`: the radius, if it is known when this is compiled, else 0.
-template <int fixed_radius>
+template <int fixed_radius, int step>
 HWY_API void smooth_by(const SmoothedRow &in, const SensorNoise &sensor, const DepthUnits &units,
                        float *HWY_RESTRICT out) {
     /// So many differences may be added up in 16 bits.
@@ -219,7 +219,7 @@ HWY_API void smooth_by(const SmoothedRow &in, const SensorNoise &sensor, const D
     const Units d;
     const HalfInts di;
     const HalfFloats df;
-    const int radius = fixed_radius > 0 ? fixed_radius : in.radius;
+    const int most_steps = (fixed_radius > 0 ? fixed_radius : in.radius) / step;
     const UnitDepth *const from = in.z;
     const std::ptrdiff_t stride = in.stride;
     const int count = in.count;
@@ -245,17 +245,18 @@ HWY_API void smooth_by(const SmoothedRow &in, const SensorNoise &sensor, const D
         };
         int unflushed = 0;
         // Opposite pixels enter as pairs, so that a slope does not shift the mean.
-        for (int dv = 0; dv <= radius; ++dv) {
-            const UnitDepth *above = from + i - dv * stride;
-            const UnitDepth *below = from + i + dv * stride;
-            const int row_pairs = dv == 0 ? radius : 2 * radius + 1;
+        for (int dv = 0; dv <= most_steps; ++dv) {
+            const UnitDepth *above = from + i - dv * step * stride;
+            const UnitDepth *below = from + i + dv * step * stride;
+            const int row_pairs = dv == 0 ? most_steps : 2 * most_steps + 1;
             if (unflushed + row_pairs > most_unit_pairs) {
                 flush();
                 unflushed = 0;
             }
             unflushed += row_pairs;
-            for (int du = dv == 0 ? 1 : -radius; du <= radius; ++du) {
-                const auto a = hn::LoadU(d, above - du), b = hn::LoadU(d, below + du);
+            for (int du = dv == 0 ? 1 : -most_steps; du <= most_steps; ++du) {
+                const auto a = hn::LoadU(d, above - du * step);
+                const auto b = hn::LoadU(d, below + du * step);
                 const auto difference = hn::Sub(hn::Add(a, b), twice_z);
                 const auto ok = hn::And(hn::Lt(hn::Abs(difference), limit),
                                         hn::Lt(hn::Abs(hn::Sub(a, b)), pair_limit));
@@ -285,10 +286,10 @@ HWY_API void smooth_by(const SmoothedRow &in, const SensorNoise &sensor, const D
 }
 
 void smooth(const SmoothedRow &in, const SensorNoise &noise, const DepthUnits &units, float *out) {
-    if (in.radius == 2)
-        smooth_by<2>(in, noise, units, out);
-    else
-        smooth_by<0>(in, noise, units, out);
+    const auto smooth_it = in.every_second  ? in.radius == 2 ? smooth_by<2, 2> : smooth_by<0, 2>
+                            : in.radius == 2 ? smooth_by<2, 1>
+                                            : smooth_by<0, 1>;
+    smooth_it(in, noise, units, out);
 }
 
 void cracks_of_row(const InsideRows &rows, int count, std::uint8_t *HWY_RESTRICT cracks) {

@@ -92,6 +92,9 @@ struct SmoothedRow {
     const UnitDepth *z;    ///< the first of them
     std::ptrdiff_t stride; ///< of the map
     int radius, count;     ///< the radius is 1 to 8
+    /// Windows are every second pixel of every second row, beginning with their own; not with a
+    /// radius of 1.
+    bool every_second;
 };
 /// Metres: means over windows of what lies on the surface of each pixel, as DepthSurface::smooth()
 /// has them where all readings are alike. Real-time safe.

@@ -108,6 +108,32 @@ TEST_CASE("depth smoothing removes noise but does not cross depth edges", "[core
             REQUIRE(surface.z()(u, v) == Approx(u < 50 ? 1 : 2).margin(0.03));
 }
 
+TEST_CASE("depth smoothing averages every second pixel where neighbours have the same noise",
+          "[core]") {
+    std::mt19937 random(5);
+    std::normal_distribution<double> noise(0, 4);
+    for (const int block : {1, 2}) { // pixels wide and high, of one noise
+        DepthMap map(camera.width, camera.height);
+        for (int v = 0; v < camera.height; v += block)
+            for (int u = 0; u < camera.width; u += block) {
+                const auto mm = static_cast<std::uint16_t>(std::lround(2000 + noise(random)));
+                for (int i = 0; i < block * block; ++i)
+                    map(u + i % block, v + i / block) = mm;
+            }
+        const DepthSurface surface = surface_of(map);
+        for (int v = 10; v < 60; v += 7)
+            for (int u = 10; u < 90; u += 7) {
+                double sum = 0;
+                for (int dv = -2; dv <= 2; dv += block)
+                    for (int du = -2; du <= 2; du += block)
+                        sum += 0.001 * map(u + du, v + dv);
+                const int pixels = block == 1 ? 25 : 9;
+                CAPTURE(block, u, v);
+                CHECK(surface.z()(u, v) == Approx(sum / pixels).margin(1e-5));
+            }
+    }
+}
+
 TEST_CASE("depth smoothing uses narrow windows where a surface is bent, and wide ones elsewhere",
           "[core]") {
     std::mt19937 random(5);

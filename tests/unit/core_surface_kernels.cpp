@@ -60,8 +60,12 @@ int fixed_point(int a, int b) {
 TEST_CASE("smoothing in vectors is smoothing one by one") {
     AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     std::mt19937 random(1);
+    struct Window {
+        int radius, step;
+    };
     for (const float farthest : {12.0f, 30.0f})
-        for (const int radius : {1, 2, 3, 8})
+        for (const auto [radius, step] :
+             {Window{1, 1}, {2, 1}, {2, 2}, {3, 1}, {3, 2}, {8, 1}, {8, 2}})
             for (const int count : {1, 3, 4, 7, 16, 61}) {
                 const DepthUnits units(farthest);
                 const int stride = count + 2 * radius, rows = 2 * radius + 1;
@@ -70,15 +74,16 @@ TEST_CASE("smoothing in vectors is smoothing one by one") {
                     units);
                 const UnitDepth *row = map.data() + radius * stride + radius;
                 std::vector<float> out(static_cast<std::size_t>(count) + 1, -1.0f);
-                smooth_row({row, stride, radius, count}, sensor, units, out.data());
+                smooth_row({row, stride, radius, count, step == 2}, sensor, units, out.data());
+                const int reach = radius / step * step;
                 for (int u = 0; u < count; ++u) {
                     const int z = row[u], tenth = fixed_point(z, 3277);
                     const int limit =
                         std::min({static_cast<int>(sigma_in_units(z, units, 6) + 0.9999f),
                                   z - tenth, 32767 / (radius == 2 ? 12 : 17)});
                     int sum = 0, pairs = 0;
-                    for (int dv = 0; dv <= radius; ++dv)
-                        for (int du = dv == 0 ? 1 : -radius; du <= radius; ++du) {
+                    for (int dv = 0; dv <= reach; dv += step)
+                        for (int du = dv == 0 ? step : -reach; du <= reach; du += step) {
                             const int a = row[u - dv * stride - du], b = row[u + dv * stride + du];
                             if (a == 0 || b == 0 || std::abs(a + b - 2 * z) >= limit ||
                                 std::abs(a - b) >= limit + tenth)
@@ -88,7 +93,7 @@ TEST_CASE("smoothing in vectors is smoothing one by one") {
                         }
                     const float mean = static_cast<float>(z) +
                                        static_cast<float>(sum) / static_cast<float>(2 * pairs + 1);
-                    CAPTURE(farthest, radius, count, u, z, sum, pairs);
+                    CAPTURE(farthest, radius, step, count, u, z, sum, pairs);
                     REQUIRE(out[static_cast<std::size_t>(u)] == mean * units.metres());
                 }
                 CHECK(out.back() == -1.0f);
@@ -109,7 +114,7 @@ TEST_CASE("smoothing takes no hole and nothing far away for a neighbour") {
             row[3] = static_cast<UnitDepth>(z);
             std::vector<float> out(8);
             // So noisy that a hole would lie within three sigmas.
-            smooth_row({row, 12, 2, 8}, sensor.times(16), units, out.data());
+            smooth_row({row, 12, 2, 8, false}, sensor.times(16), units, out.data());
             CAPTURE(z, other);
             CHECK(out[3] == static_cast<float>(z) * units.metres());
             CHECK(out[4] == 0.0f);
