@@ -10,6 +10,7 @@
 #include "core/keyframe/surface_kernels.hpp"
 #include "core/keyframe/surface_pieces.hpp"
 #include "core/keyframe/surface_point.hpp"
+#include "core/keyframe/surface_smoothing.hpp"
 
 #include <array>
 #include <vector>
@@ -80,15 +81,11 @@ private:
     void mark(int u, int v, int du, int dv);
     void mark_edge(int u, int v);
     void grow_distance();
-    struct AmplitudeWeights;
-    void smooth(int v, int radius, const AmplitudeWeights *weights, float *out) const;
-    void keep_creases(const AmplitudeWeights *weights);
     void add_edge_distances(int v);
     std::uint8_t *inside_row(int v);
     void find_inside(int v);
     void fill_cracks();
     float crack_depth(int u, int v) const;
-    class NarrowWindows;
 
     Intrinsics camera_;
     DepthCorrection correction_;
@@ -97,14 +94,13 @@ private:
     bool noise_is_shared_ = false; ///< most of it, by neighbouring readings
     DepthUnits units_;
     Image<UnitDepth> raw_; ///< with rows below the map's that are empty
+    SurfaceSmoothing smoothing_;
     Image<float> smooth_;
     Image<std::uint8_t> distance_;
     std::vector<std::int16_t> bend_;                 ///< of columns, ReadingRow::by_column
     std::vector<std::uint8_t> flags_;                ///< of one row, and some that stay 0
     std::array<std::vector<std::int16_t>, 2> steps_; ///< of a row and the next
-    Image<float> narrow_;              ///< NarrowWindows' differences: of a few rows, metres
-    std::vector<float> sums_;          ///< of narrow_'s columns
-    std::vector<std::uint8_t> inside_; ///< of a few rows
+    std::vector<std::uint8_t> inside_;               ///< of a few rows
     SurfacePieces pieces_;
     float fill_ = 0, variation_ = 0, edge_jump_ = 0, slope_ = 0;
     float jump_sum_ = 0;

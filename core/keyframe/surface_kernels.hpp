@@ -96,8 +96,8 @@ struct SmoothedRow {
     /// radius of 1.
     bool every_second;
 };
-/// Metres: means over windows of what lies on the surface of each pixel, as DepthSurface::smooth()
-/// has them where all readings are alike. Real-time safe.
+/// Metres: means over windows of what lies on the surface of each pixel, as SurfaceSmoothing has
+/// them where all readings are of one amplitude. Real-time safe.
 void smooth_row(const SmoothedRow &in, const SensorNoise &noise, const DepthUnits &units,
                 float *out);
 

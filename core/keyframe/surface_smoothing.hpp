@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/base/image.hpp"
+#include "core/base/worker_pool.hpp"
+#include "core/keyframe/sensor_noise.hpp"
+#include "core/keyframe/surface_kernels.hpp"
+
+#include <cstdint>
+#include <vector>
+
+namespace afterglow {
+
+/// A measured map before it is smoothed.
+struct UnsmoothedMap {
+    /// Readings, 0 = none. There are rows below the map's, since kernels read past its last one.
+    ImageView<const UnitDepth> z;
+    /// Pixels to the next depth edge. The other images have its size.
+    ImageView<const std::uint8_t> edge_distance;
+    /// Of the light that readings were made from; empty: not known.
+    ImageView<const std::uint16_t> amplitude;
+    SensorNoise noise;
+    /// Neighbours have most of their noise in common.
+    bool noise_is_shared = false;
+};
+
+struct SmoothingOptions {
+    int radius_px = 2;         ///< SurfaceOptions::smooth_radius_px
+    bool keep_creases = false; ///< SurfaceOptions::keep_creases
+};
+
+/// Smooths measured maps without crossing depth edges: each reading becomes the mean of what lies
+/// on its own surface in a window around it.
+///
+/// Allocates when made; run() is real-time safe.
+class SurfaceSmoothing {
+public:
+    SurfaceSmoothing(const SmoothingOptions &options, const DepthUnits &units, int width);
+
+    /// `smooth`: metres, 0 = none.
+    void run(const UnsmoothedMap &map, WorkerPool &pool, ImageView<float> smooth);
+
+private:
+    class NarrowWindows;
+    float metres(int units) const { return units_.metres() * static_cast<float>(units); }
+    void smooth_line(const UnsmoothedMap &map, int v, int radius, float *out) const;
+    void keep_creases(const UnsmoothedMap &map, ImageView<float> smooth);
+
+    SmoothingOptions options_;
+    DepthUnits units_;
+    Image<float> narrow_;     ///< NarrowWindows' differences: of a few rows, metres
+    std::vector<float> sums_; ///< of narrow_'s columns
+};
+
+} // namespace afterglow
