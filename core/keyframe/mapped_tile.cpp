@@ -35,8 +35,8 @@ template <class D, class VI>
 HWY_API Neighbours<hn::Vec<D>> neighbours_at(D d, ImageView<const float> z, VI place) {
     const float *const upper = z.data(), *const lower = z.row(1);
 #if HWY_TARGET != HWY_SCALAR // which has no pairs
-    if constexpr (hn::MaxLanes(D()) ==
-                  4) { // instruction sets that load two, but look up one by one
+    // Such instruction sets load two at once, but look up one by one.
+    if constexpr (hn::MaxLanes(D()) == 4) {
         const hn::Half<D> pair;
         HWY_ALIGN std::int32_t at[4];
         hn::Store(place, hn::RebindToSigned<D>(), at);
@@ -75,17 +75,17 @@ HWY_API SeenPoint<V> seen_at(D d, const MappedTile &tile, ImageView<const float>
     const auto right = hn::Sub(u, hn::ConvertTo(d, column));
     const auto down = hn::Sub(v, hn::ConvertTo(d, row));
     const auto half = order(d, hn::Set(d, 0.5f));
-    const auto nearer_right = hn::RebindMask(d, hn::Not(hn::Lt(order(d, right), half)));
-    const auto nearer_below = hn::RebindMask(d, hn::Not(hn::Lt(order(d, down), half)));
-    const auto point = hn::IfThenElse(nearer_below, hn::IfThenElse(nearer_right, e, c),
-                                      hn::IfThenElse(nearer_right, b, a));
+    const auto is_right = hn::RebindMask(d, hn::Not(hn::Lt(order(d, right), half)));
+    const auto is_below = hn::RebindMask(d, hn::Not(hn::Lt(order(d, down), half)));
+    const auto point =
+        hn::IfThenElse(is_below, hn::IfThenElse(is_right, e, c), hn::IfThenElse(is_right, b, a));
     const auto bits = [&](V value) HWY_ATTR { return hn::BitCast(du, value); };
     const auto least = hn::Min(hn::Min(bits(a), bits(b)), hn::Min(bits(c), bits(e)));
     const auto inside = hn::And(hn::Gt(edge_of(d, point), hn::Set(di, beside_edge)),
                                 hn::RebindMask(di, hn::Ne(least, hn::Zero(du))));
-    const auto nearer = hn::Sub(hn::Div(hn::Set(d, 1.0f), point), hn::Set(d, tile.inverse_depth));
-    const auto x = hn::Sub(right, hn::Mul(hn::Set(d, tile.parallax_u), nearer));
-    const auto y = hn::Sub(down, hn::Mul(hn::Set(d, tile.parallax_v), nearer));
+    const auto inverse = hn::Sub(hn::Div(hn::Set(d, 1.0f), point), hn::Set(d, tile.inverse_depth));
+    const auto x = hn::Sub(right, hn::Mul(hn::Set(d, tile.parallax_u), inverse));
+    const auto y = hn::Sub(down, hn::Mul(hn::Set(d, tile.parallax_v), inverse));
     const auto across = hn::Sub(b, a);
     const auto above = hn::Add(a, hn::Mul(x, across));
     const auto step = hn::Add(hn::Sub(c, a), hn::Mul(x, hn::Sub(hn::Sub(e, c), across)));

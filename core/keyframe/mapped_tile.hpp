@@ -34,12 +34,13 @@ struct MappedTile {
 };
 
 /// Draws a tile of readings, millimetres, and of edge distances, pixels, both 0 = none. A pixel
-/// shows the nearest point of the surface `z` (DepthSurface::z()), whose depth is moved to the
-/// pixel's place: along the slope between the corners if they are on one surface, else along the
-/// slope between the points around it. Of an even tile only every fourth pixel of every fourth row
-/// is looked up so; readings are bilinear between them. Points nearer to an edge than
-/// `least_edge_distance` are left out. `z` has at least 3 rows and columns. The images begin at the
-/// tile's first pixel and have as many columns. Returns how many pixels have depth. Real-time safe.
+/// shows the nearest point of the surface `z` (DepthSurface::z()). Its depth is that of the
+/// surface at the pixel's place: if the corners are on one surface, the point's, moved along the
+/// slope between the corners; else bilinear between the four points around the place, if they are
+/// on one surface. Of an even tile only every fourth pixel of every fourth row is looked up so;
+/// readings are bilinear between them. Points nearer to an edge than `least_edge_distance` are left
+/// out. `z` has at least 2 rows and columns. The images begin at the tile's first pixel and have as
+/// many columns. Returns how many pixels have depth. Real-time safe.
 int draw_mapped(const MappedTile &tile, ImageView<const float> z, int least_edge_distance,
                 ImageView<std::uint16_t> millimetres, ImageView<std::uint8_t> edge_distance);
 
