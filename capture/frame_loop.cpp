@@ -10,13 +10,24 @@ bool has_size(const Intrinsics &camera, int width, int height) {
     return width == camera.width && height == camera.height;
 }
 
+/// Adds the time of its life to `total`.
+class Stopwatch {
+public:
+    explicit Stopwatch(std::chrono::nanoseconds &total) : total_(total) {}
+    Stopwatch(const Stopwatch &) = delete;
+    Stopwatch &operator=(const Stopwatch &) = delete;
+    ~Stopwatch() { total_ += std::chrono::steady_clock::now() - start_; }
+
+private:
+    std::chrono::nanoseconds &total_;
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
 /// What `work` gives; the time it takes is added to `total`.
 template <class Work>
 decltype(auto) timed(std::chrono::nanoseconds &total, Work &&work) {
-    const auto start = std::chrono::steady_clock::now();
-    decltype(auto) result = work();
-    total += std::chrono::steady_clock::now() - start;
-    return result;
+    const Stopwatch stopwatch(total);
+    return work();
 }
 
 } // namespace
@@ -77,6 +88,7 @@ void FrameLoop::stop_tof() {
 
 FrameResult FrameLoop::step(std::chrono::nanoseconds timeout) {
     FrameResult result;
+    timed(result.estimation_time, [&] { pipeline_->prepare(); });
     result.capture = rig_.color->read(color_, timeout);
     if (result.capture == Capture::frame && !is_trusted(result))
         result.capture = Capture::damaged;

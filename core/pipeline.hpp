@@ -29,6 +29,7 @@ struct Measurement {
 ///
 /// track() gets every image, in order of time. When the TOF camera has measured depth for the image
 /// last tracked, measure() gets that map, and later images are estimated from it. Neither fails.
+/// What a measurement needs only for later images prepare() does, or else the next track().
 /// Images and maps have the sizes of the cameras that the pipeline was made for. Deterministic: the
 /// same calls give the same bits, whatever the number of workers. The pipelines of core/ are
 /// real-time safe: after construction they allocate nothing and take no lock.
@@ -41,6 +42,8 @@ public:
     virtual const Estimate &track(LumaView luma, std::int64_t t_ns) = 0;
     /// Takes a depth map measured for the image last given to track().
     virtual const Estimate &measure(const Measurement &measurement) = 0;
+    /// To be called while there is time before the next image. Changes no estimate.
+    virtual void prepare() {}
     /// The cameras have paused: depth from before says nothing about after it and is forgotten.
     /// What was learnt about the cameras stays.
     virtual void restart() = 0;

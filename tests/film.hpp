@@ -66,6 +66,7 @@ public:
         return pipeline_->measure(film_.depth[static_cast<std::size_t>(frame)]);
     }
     const Estimate &measure(const DepthMap &depth) { return pipeline_->measure(depth); }
+    void prepare() { pipeline_->prepare(); }
     void restart() { pipeline_->restart(); }
 
     static constexpr std::int64_t frame_ns = 33'333'333;

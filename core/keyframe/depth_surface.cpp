@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <utility>
 
 namespace afterglow {
 
@@ -25,9 +26,10 @@ DepthSurface::DepthSurface(const Intrinsics &camera, const SurfaceOptions &optio
         steps.resize(static_cast<std::size_t>(camera.width) + 2 * row_slack);
 }
 
-void DepthSurface::build(DepthView depth, WorkerPool &pool, const DepthCorrection &correction,
-                         ImageView<const std::uint16_t> amplitude) {
+void DepthSurface::read(DepthView depth, WorkerPool &pool, const DepthCorrection &correction,
+                        ImageView<const std::uint16_t> amplitude) {
     correction_ = correction;
+    finished_ = false;
     load(depth);
     measure_noise();
     find_edges();
@@ -35,6 +37,11 @@ void DepthSurface::build(DepthView depth, WorkerPool &pool, const DepthCorrectio
     smoothing_.run({raw_, distance_, amplitude, noise_, noise_is_shared_}, pool, smooth_);
     for (int v = 0; v < smooth_.height(); ++v)
         add_edge_distances(v);
+}
+
+void DepthSurface::finish() {
+    if (std::exchange(finished_, true))
+        return;
     if (options_.crack_px > 0)
         fill_cracks();
     pieces_.find(smooth_);

@@ -39,7 +39,7 @@ struct SurfaceOptions {
 /// depth edges, every pixel labelled with its distance from the next depth edge, and cracks filled
 /// where a surface is on both sides.
 ///
-/// Allocates when made; build() is real-time safe.
+/// Allocates when made; the calls are real-time safe.
 class DepthSurface {
 public:
     DepthSurface(const Intrinsics &camera, const SurfaceOptions &options);
@@ -47,7 +47,15 @@ public:
     /// `depth`: readings, millimetres, 0 = none; `correction` makes them true depths. `amplitude`:
     /// of the light that they were made from, to which their noise is inverse; empty: not known.
     void build(DepthView depth, WorkerPool &pool, const DepthCorrection &correction = {},
-               ImageView<const std::uint16_t> amplitude = {});
+               ImageView<const std::uint16_t> amplitude = {}) {
+        read(depth, pool, correction, amplitude);
+        finish();
+    }
+    /// The two parts of build(). read() gives all that comparing two maps needs; cracks are filled,
+    /// and there are pieces, after finish(), which does nothing the second time.
+    void read(DepthView depth, WorkerPool &pool, const DepthCorrection &correction = {},
+              ImageView<const std::uint16_t> amplitude = {});
+    void finish();
 
     /// What the map was built with.
     const DepthCorrection &correction() const { return correction_; }
@@ -105,6 +113,7 @@ private:
     float fill_ = 0, variation_ = 0, edge_jump_ = 0, slope_ = 0;
     float jump_sum_ = 0;
     int jumps_ = 0;
+    bool finished_ = true;
 };
 
 } // namespace afterglow

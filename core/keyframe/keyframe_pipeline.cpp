@@ -23,6 +23,7 @@ const Estimate &KeyframePipeline::track(LumaView luma, std::int64_t t_ns) {
     assert(luma.width() == views_.tracking.width && luma.height() == views_.tracking.height);
     const double dt = 1e-9 * static_cast<double>(t_ns - t_ns_);
     t_ns_ = t_ns;
+    prepare();
     tracker_.load(luma);
     if (keyframes_.size() == 0)
         return publication_.nothing(t_ns);
@@ -35,11 +36,14 @@ const Estimate &KeyframePipeline::track(LumaView luma, std::int64_t t_ns) {
 const Estimate &KeyframePipeline::measure(const Measurement &measurement) {
     assert(measurement.depth.width() == views_.surface.width &&
            measurement.depth.height() == views_.surface.height);
+    prepare();
     if (stated_lag_s_ != measurement.lag_s) {
         stated_lag_s_ = measurement.lag_s;
         depth_now_ = views_.surface_from_tracking * lag() * motion_.now();
     }
-    arriving_.build(measurement.depth, pool_, registration_.correction(), measurement.amplitude);
+    arriving_.read(measurement.depth, pool_, registration_.correction(), measurement.amplitude);
+    if (warps_arriving())
+        arriving_.finish();
     if (guard_ && guard_->check(arriving_, motion_, measurement.lag_s, tracker_.image()))
         keyframes_.clear(); // they were placed by another calibration
     if (keyframes_.size() > 0)
@@ -52,8 +56,7 @@ const Estimate &KeyframePipeline::measure(const Measurement &measurement) {
     k.depth_from_world = depth_now_;
     k.t_ns = t_ns_;
     k.turning = motion_.turning();
-    k.alignment_template.build(tracker_.image(),
-                               seen_.seen(k.surface, lag().inverse(), while_read()));
+    prepared_ = false;
     tracker_.keyframe_added();
     if (guard_)
         k.calibration_shift = guard_->shift();
@@ -65,6 +68,22 @@ const Estimate &KeyframePipeline::measure(const Measurement &measurement) {
                                   views_.publishes_tracking() ? while_read() : Twist::Zero());
     return publication_.measured(shown, k, from_world,
                                  guard_ ? guard_->state() : CalibrationState{});
+}
+
+/// Readies the newest keyframe for being compared with later images, and for being drawn: what is
+/// published of a measured frame does not wait for that.
+void KeyframePipeline::prepare() {
+    if (std::exchange(prepared_, true) || keyframes_.size() == 0)
+        return;
+    Keyframe &newest = keyframes_[0];
+    newest.surface.finish();
+    newest.alignment_template.build(tracker_.image(),
+                                    seen_.seen(newest.surface, lag().inverse(), while_read()));
+}
+
+/// Whether a measured map is warped for what is published of it.
+bool KeyframePipeline::warps_arriving() const {
+    return guard_ || !views_.publishes_readings();
 }
 
 Pose KeyframePipeline::published_now() const {

@@ -28,6 +28,7 @@ public:
 
     const Estimate &track(LumaView luma, std::int64_t t_ns) override;
     const Estimate &measure(const Measurement &measurement) override;
+    void prepare() override;
     void restart() override { keyframes_.clear(); }
 
 private:
@@ -39,6 +40,7 @@ private:
     Pose published_now() const;
     /// The correction that composed maps are shown with.
     DepthCorrection published_correction() const;
+    bool warps_arriving() const;
     void register_map();
     void forget();
 
@@ -57,6 +59,7 @@ private:
     SurfaceRegistration published_; ///< and the published one
     DepthPublication publication_;
     std::int64_t t_ns_ = 0;
+    bool prepared_ = true; ///< the newest keyframe, for later images
 };
 
 } // namespace afterglow

@@ -19,6 +19,7 @@ public:
 
     const Estimate &track(LumaView luma, std::int64_t t_ns) override;
     const Estimate &measure(const Measurement &measurement) override;
+    void prepare() override { pipeline_.prepare(); }
     void restart() override { pipeline_.restart(); }
 
 private:

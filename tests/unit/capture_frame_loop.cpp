@@ -41,6 +41,42 @@ TEST_CASE("the frame loop measures the first image and then switches the light o
     CHECK_FALSE(fixture.cameras.lit);
 }
 
+TEST_CASE("the frame loop prepares its pipeline before it waits for the next image") {
+    struct Noted final : Pipeline {
+        Noted(std::unique_ptr<Pipeline> made, std::string &log)
+            : pipeline(std::move(made)), calls(log) {}
+        const Estimate &track(LumaView luma, std::int64_t t_ns) override {
+            calls += "track ";
+            return pipeline->track(luma, t_ns);
+        }
+        const Estimate &measure(const Measurement &measurement) override {
+            calls += "measure ";
+            return pipeline->measure(measurement);
+        }
+        void prepare() override { calls += "prepare "; }
+        void restart() override { pipeline->restart(); }
+        std::unique_ptr<Pipeline> pipeline;
+        std::string &calls;
+    };
+    FakeCameras cameras;
+    std::string calls;
+    cameras.read_color = [&, read = cameras.read_color](ColorFrame &frame) {
+        calls += "read ";
+        return read(frame);
+    };
+    Rig rig = cameras.rig();
+    WorkerPool pool(1);
+    const PipelineFactory make = pipeline_factory({}, pool);
+    FrameLoop loop(
+        rig,
+        [&](const RigGeometry &geometry) { return std::make_unique<Noted>(make(geometry), calls); },
+        {});
+    REQUIRE(loop.start());
+    for (int frame = 0; frame < 2; ++frame)
+        REQUIRE(loop.step(std::chrono::nanoseconds(0)).capture == Capture::frame);
+    CHECK(calls == "prepare read track measure prepare read track ");
+}
+
 TEST_CASE("the frame loop keeps the light on until a slow TOF camera has measured") {
     Fixture fixture;
     const auto read = fixture.cameras.read_tof;

@@ -89,6 +89,24 @@ TEST_CASE("the depth surface fills cracks between parts of one surface", "[core]
     }
 }
 
+TEST_CASE("a depth surface that is read and then finished is the one that is built", "[core]") {
+    DepthMap map = step();
+    for (int v = 10; v < 40; ++v)
+        map(20, v) = 0;
+    const DepthSurface built = surface_of(map);
+    DepthSurface parts(camera, {});
+    WorkerPool pool(1);
+    parts.read(map, pool);
+    CHECK(parts.z()(20, 20) == 0.0f);
+    CHECK(parts.z()(60, 20) == built.z()(60, 20));
+    for (int again = 0; again < 2; ++again) {
+        parts.finish();
+        for (int v = 0; v < camera.height; ++v)
+            CHECK(std::equal(parts.z().row(v), parts.z().row(v) + camera.width, built.z().row(v)));
+        CHECK(parts.pieces().nearest()(5, 3) == built.pieces().nearest()(5, 3));
+    }
+}
+
 TEST_CASE("depth smoothing removes noise but does not cross depth edges", "[core]") {
     std::mt19937 random(5);
     std::normal_distribution<double> noise(0, 4);

@@ -69,6 +69,34 @@ TEST_CASE("the keyframe pipeline follows a hand-held camera", "[core]") {
     CHECK(end.pose.T.norm() > 0.02); // it has moved, so there was something to follow
 }
 
+TEST_CASE("whether the keyframe pipeline prepares for the next image changes no estimate",
+          "[core]") {
+    Viewer prepares(room()), does_not(room());
+    for (int k = 0; k < frames; ++k) {
+        const auto check_alike = [](const Estimate &a, const Estimate &b) {
+            CHECK(copy(a.depth) == copy(b.depth));
+            CHECK(a.world_from_camera.T == b.world_from_camera.T);
+            CHECK(a.expected_mre == b.expected_mre);
+        };
+        CAPTURE(k);
+        const Estimate &tracked = prepares.track(k);
+        check_alike(tracked, does_not.track(k));
+        prepares.prepare();
+        if (k % 3 == 0) {
+            const Estimate &measured = prepares.measure(k);
+            const DepthMap published = copy(measured.depth);
+            prepares.prepare();
+            prepares.prepare();
+            CHECK(copy(measured.depth) == published);
+            check_alike(measured, does_not.measure(k));
+        }
+        if (k == 6) { // what is not prepared is forgotten with the rest
+            prepares.restart();
+            does_not.restart();
+        }
+    }
+}
+
 TEST_CASE("the keyframe pipeline is invariant to the world coordinate frame", "[core]") {
     const SyntheticOptions options{.width = 320, .height = 240, .noise = false, .motion = 2};
     SyntheticWorld moved = make_world(options);

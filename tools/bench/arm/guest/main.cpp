@@ -86,6 +86,11 @@ public:
         ++frame_;
         return estimate;
     }
+    void prepare() override {
+        mark(Mark::begin);
+        pipeline_->prepare();
+        mark(Mark::track);
+    }
     void restart() override { pipeline_->restart(); }
 
 private:
