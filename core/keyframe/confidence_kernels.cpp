@@ -6,6 +6,8 @@
 
 #include "core/estimate.hpp"
 
+#include <algorithm>
+#include <cstdlib>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -126,6 +128,67 @@ std::uint32_t look_up(const JudgedPixels &pixels, const std::uint8_t *table,
     return sum;
 }
 
+void compare_singly(const ComparedPixels &in, int v, int first, float misplaced,
+                    ComparedErrors &errors) {
+    for (int u = first; u < in.composed.width(); u += 2) {
+        const int truth = in.measured(u, v), shown = in.composed(u, v);
+        if (truth == 0 || shown == 0)
+            continue;
+        errors.true_sum += static_cast<float>(std::abs(shown - truth)) / static_cast<float>(truth);
+        errors.expected_sum +=
+            std::max(expected_error(in.confidence(u, v)) - misplaced, confidence_step);
+        ++errors.pixels;
+    }
+}
+
+ComparedErrors compare(const ComparedPixels &pixels, float misplaced) {
+    const ComparedPixels in = pixels;
+    ComparedErrors errors;
+    int compared_columns = 0;
+#if HWY_TARGET != HWY_SCALAR
+    // Four lanes everywhere: sums have one order on every machine.
+    const hn::CappedTag<std::int32_t, 4> d;
+    const hn::RebindToFloat<decltype(d)> df;
+    const hn::Repartition<std::uint16_t, decltype(d)> d16;
+    const hn::Rebind<std::uint16_t, decltype(d)> of_confidences;
+    const hn::Repartition<std::uint8_t, decltype(of_confidences)> d8;
+    constexpr int columns = 2 * static_cast<int>(hn::MaxLanes(d));
+    compared_columns = in.composed.width() / columns * columns;
+    // The first of each pair of pixels is in the lower half.
+    const auto even_columns = [&](const std::uint16_t *from) HWY_ATTR {
+        return hn::And(hn::BitCast(d, hn::LoadU(d16, from)), hn::Set(d, 0xffff));
+    };
+    const auto zero = hn::Zero(d), most = hn::Set(d, measured_confidence);
+    const auto step = hn::Set(df, confidence_step), less = hn::Set(df, misplaced);
+    auto true_sum = hn::Zero(df), expected_sum = hn::Zero(df);
+    auto count = zero;
+    for (int v = 0; v < in.composed.height(); v += 2)
+        for (int u = 0; u < compared_columns; u += columns) {
+            const auto truth = even_columns(in.measured.row(v) + u);
+            const auto shown = even_columns(in.composed.row(v) + u);
+            const auto pairs = hn::LoadU(d8, in.confidence.row(v) + u);
+            const auto confidence = hn::PromoteTo(
+                d, hn::And(hn::BitCast(of_confidences, pairs), hn::Set(of_confidences, 0xff)));
+            const auto both = hn::Gt(hn::Min(truth, shown), zero);
+            const auto there = hn::RebindMask(df, both);
+            const auto difference = hn::ConvertTo(df, hn::Abs(hn::Sub(shown, truth)));
+            true_sum = hn::Add(
+                true_sum, hn::IfThenElseZero(there, hn::Div(difference, hn::ConvertTo(df, truth))));
+            const auto expected =
+                hn::Sub(hn::Mul(hn::ConvertTo(df, hn::Sub(most, confidence)), step), less);
+            expected_sum =
+                hn::Add(expected_sum, hn::IfThenElseZero(there, hn::Max(expected, step)));
+            count = hn::Sub(count, hn::VecFromMask(d, both));
+        }
+    errors.true_sum = hn::GetLane(hn::SumOfLanes(df, true_sum));
+    errors.expected_sum = hn::GetLane(hn::SumOfLanes(df, expected_sum));
+    errors.pixels = hn::GetLane(hn::SumOfLanes(d, count));
+#endif
+    for (int v = 0; v < in.composed.height(); v += 2)
+        compare_singly(in, v, compared_columns, misplaced, errors);
+    return errors;
+}
+
 Overlaid overlay(const std::uint16_t *HWY_RESTRICT measured, int count,
                  std::uint16_t *HWY_RESTRICT depth, std::uint8_t *HWY_RESTRICT confidence) {
     Overlaid found;
@@ -175,6 +238,7 @@ namespace {
 
 HWY_EXPORT(range_of);
 HWY_EXPORT(look_up);
+HWY_EXPORT(compare);
 HWY_EXPORT(overlay);
 
 } // namespace
@@ -186,6 +250,10 @@ DepthExtent depth_extent(ImageView<const std::uint16_t> depth) {
 std::uint32_t look_up_confidences(const JudgedPixels &pixels, const std::uint8_t *table,
                                   ImageView<std::uint8_t> confidence) {
     return HWY_DYNAMIC_DISPATCH(look_up)(pixels, table, confidence);
+}
+
+ComparedErrors compare_errors(const ComparedPixels &pixels, float misplaced) {
+    return HWY_DYNAMIC_DISPATCH(compare)(pixels, misplaced);
 }
 
 Overlaid lay_over(const std::uint16_t *measured, int count, std::uint16_t *depth,

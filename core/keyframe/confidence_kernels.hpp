@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/base/image.hpp"
+#include "core/keyframe/local_errors.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -40,6 +41,17 @@ struct JudgedPixels {
 /// of the confidences. Real-time safe.
 std::uint32_t look_up_confidences(const JudgedPixels &pixels, const std::uint8_t *table,
                                   ImageView<std::uint8_t> confidence);
+
+/// Pixels of a composed map (millimetres, 0 = none) with their confidences, and the same pixels
+/// measured.
+struct ComparedPixels {
+    ImageView<const std::uint16_t> composed;
+    ImageView<const std::uint8_t> confidence;
+    ImageView<const std::uint16_t> measured;
+};
+/// Compares those at even columns and rows that have depth in both maps. What a confidence promises
+/// counts without the share `misplaced`, and as confidence_step at least. Real-time safe.
+ComparedErrors compare_errors(const ComparedPixels &pixels, float misplaced);
 
 /// What a measured map changes where it is laid over another one.
 struct Overlaid {

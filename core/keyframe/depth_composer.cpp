@@ -21,6 +21,14 @@ constexpr float same_place_px = 0.1f, same_depth = 0.0005f;
 /// Confidences of a cell are made anew when its local error has changed by this factor.
 constexpr float noticed_growth = 1.1f;
 
+/// The pixels of one of MotionMask's cells.
+template <class T>
+ImageView<T> cell_of(ImageView<T> image, int x, int y) {
+    constexpr int size = MotionMask::cell_px;
+    return {image.row(y * size) + x * size, std::min(size, image.width() - x * size),
+            std::min(size, image.height() - y * size), image.stride()};
+}
+
 } // namespace
 
 DepthComposer::DepthComposer(const Views &views, const KeyframeOptions &options, WorkerPool &pool)
@@ -219,20 +227,15 @@ bool DepthComposer::find_doubts(const Doubts &doubts) {
 }
 
 std::uint32_t DepthComposer::judge_cell(int x, int y, const ConfidenceTable &table) {
-    constexpr int size = MotionMask::cell_px;
-    const int width = std::min(size, camera_.width - x * size);
-    const int height = std::min(size, camera_.height - y * size);
-    const auto cell_of = [&](auto &image) {
-        return ImageView(image.row(y * size) + x * size, width, height, image.width());
-    };
-    const auto depth = cell_of(depth_);
+    const auto depth = cell_of(depth_.view(), x, y);
     const Cell &cell = cells_(x, y);
     const bool lowers = cell.most != measured_confidence || cell.local >= confidence_step;
     ConfidenceTable lowered;
     if (lowers)
         lower(cell, depth_extent(depth), table, lowered);
-    return look_up_confidences({depth, cell_of(classes_)}, (lowers ? lowered : table).data(),
-                               cell_of(confidence_));
+    return look_up_confidences({depth, cell_of(classes_.view(), x, y)},
+                               (lowers ? lowered : table).data(),
+                               cell_of(confidence_.view(), x, y));
 }
 
 /// The part of `table` that the depths of a cell need, with its doubts.
@@ -258,28 +261,12 @@ void DepthComposer::lower(const Cell &cell, const DepthExtent &range, const Conf
 }
 
 ImageView<const ComparedErrors> DepthComposer::compare(DepthView measured) {
-    constexpr int step = 2, cell = MotionMask::cell_px;
-    static_assert(cell % step == 0);
-    std::array<float, 256> expected{};
-    for (std::size_t c = 0; c < expected.size(); ++c)
-        expected[c] =
-            std::max(expected_error(static_cast<std::uint8_t>(c)) - misplaced_, confidence_step);
-    std::ranges::fill(compared_.pixels(), ComparedErrors{});
-    for (int v = 0; v < camera_.height; v += step)
-        for (int x = 0; x < compared_.width(); ++x) {
-            const int end = std::min((x + 1) * cell, camera_.width);
-            float true_sum = 0, expected_sum = 0;
-            int pixels = 0;
-            for (int u = x * cell; u < end; u += step) {
-                const int truth = measured(u, v), shown = depth_(u, v);
-                if (truth == 0 || shown == 0)
-                    continue;
-                true_sum += static_cast<float>(std::abs(shown - truth)) / static_cast<float>(truth);
-                expected_sum += expected[confidence_(u, v)];
-                ++pixels;
-            }
-            compared_(x, v / cell) += {true_sum, expected_sum, pixels};
-        }
+    for (int y = 0; y < compared_.height(); ++y)
+        for (int x = 0; x < compared_.width(); ++x)
+            compared_(x, y) =
+                compare_errors({cell_of(depth_.view(), x, y), cell_of(confidence_.view(), x, y),
+                                cell_of(measured, x, y)},
+                               misplaced_);
     return compared_;
 }
 

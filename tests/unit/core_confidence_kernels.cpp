@@ -79,6 +79,38 @@ TEST_CASE("the extent of depths leaves holes out", "[core]") {
     CHECK((none.nearest == 0 && none.farthest == 0));
 }
 
+TEST_CASE("a map's errors are compared alike in vectors and one by one", "[core]") {
+    AFTERGLOW_ON_EACH_INSTRUCTION_SET();
+    std::mt19937 random(4);
+    for (int round = 0; round < 200; ++round) {
+        const int width = 1 + static_cast<int>(random() % 40);
+        const int height = 1 + static_cast<int>(random() % 5);
+        const auto composed = some_depths(random, width, height, 900);
+        const auto measured = some_depths(random, width, height, 900);
+        Image<std::uint8_t> confidence(width, height);
+        for (std::uint8_t &of_pixel : confidence.pixels())
+            of_pixel = static_cast<std::uint8_t>(random() % 256);
+        const float misplaced = round % 2 == 0 ? 0.0f : 0.02f;
+        double true_sum = 0, expected_sum = 0;
+        int pixels = 0;
+        for (int v = 0; v < height; v += 2)
+            for (int u = 0; u < width; u += 2) {
+                const double truth = measured(u, v), shown = composed(u, v);
+                if (truth == 0 || shown == 0)
+                    continue;
+                true_sum += std::abs(shown - truth) / truth;
+                expected_sum +=
+                    std::max(expected_error(confidence(u, v)) - misplaced, confidence_step);
+                ++pixels;
+            }
+        const ComparedErrors found = compare_errors({composed, confidence, measured}, misplaced);
+        CAPTURE(round, width, height);
+        REQUIRE(found.pixels == pixels);
+        REQUIRE(found.true_sum == Approx(true_sum).epsilon(1e-5).margin(1e-6));
+        REQUIRE(found.expected_sum == Approx(expected_sum).epsilon(1e-5).margin(1e-6));
+    }
+}
+
 TEST_CASE("a measured row replaces what it has and leaves the rest", "[core]") {
     AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     std::mt19937 random(3);
