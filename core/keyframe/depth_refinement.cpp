@@ -25,7 +25,7 @@ constexpr double shape_independent_px2 = 32000;
 constexpr float enough_readings = 4800;
 constexpr int closest_px = 4;
 constexpr int least_compared = 100;
-/// A step below this, metres and radians, ends the search.
+/// A step below this, metres and radians, is the last, and changes nothing of how well maps fit.
 constexpr float converged_step = 2e-4f;
 
 /// Pixels from one reading that is compared to the next.
@@ -147,8 +147,10 @@ DepthFit refine_by_depth(const DepthSurface &from, const DepthSurface &to, const
         if (!x.allFinite() || x.tail<3>().norm() > 0.3f || x.head<3>().norm() > 0.5f)
             return fit;
         pose = exp(x.cast<double>()) * pose;
-        if (x.norm() < converged_step)
-            i = std::max(i, options.iterations - 1);
+        if (x.norm() < converged_step) {
+            fit.pose = pose;
+            break;
+        }
     }
     fit.good = fit.inlier_share >= options.least_inlier_share;
     return fit;

@@ -153,11 +153,11 @@ void DepthSurface::load(DepthView depth) {
 // sqrt(6), whatever the slope; edges are outliers to the median. Where it is less than half of that
 // for the sensor's sigma, neighbours have most of their noise in common.
 void DepthSurface::measure_noise() {
-    constexpr int step = 4, bins_per_sigma = 16, most_sigmas = 16;
+    constexpr int step = 4, row_step = 8, bins_per_sigma = 16, most_sigmas = 16;
     constexpr float median_of_gaussian = 0.6745f;
     std::array<int, bins_per_sigma * most_sigmas + 1> histogram{};
     int count = 0;
-    for (int v = step / 2; v < smooth_.height(); v += step) {
+    for (int v = row_step / 2; v < smooth_.height(); v += row_step) {
         const UnitDepth *z = raw_.row(v);
         for (int u = step / 2; u + 1 < smooth_.width(); u += step) {
             if (z[u - 1] == 0 || z[u] == 0 || z[u + 1] == 0)
@@ -180,7 +180,7 @@ void DepthSurface::measure_noise() {
 // A pixel is on an edge when a neighbour is on another surface. A hole is an edge only where both
 // of its sides differ: sensor holes inside a surface are common and harmless.
 void DepthSurface::find_edges() {
-    constexpr int slope_rows = 8; ///< slopes are found in one row of so many
+    constexpr int slope_rows = 16; ///< slopes are found in one row of so many
     const int w = smooth_.width(), h = smooth_.height();
     const EdgeRule rule = {options_.edge_relative, noise_};
     float slope_sum = 0;
