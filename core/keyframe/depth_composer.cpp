@@ -170,7 +170,7 @@ void DepthComposer::fill_in() {
     }
 }
 
-DepthComposer::ConfidenceTable DepthComposer::confidences(float error_scale) const {
+DepthComposer::ConfidenceTable DepthComposer::confidences(const ErrorScales &scales) const {
     ConfidenceTable table{};
     for (int l = 0; l < layer_count_; ++l)
         for (int d = 1; d <= far_from_edge; ++d) {
@@ -179,9 +179,8 @@ DepthComposer::ConfidenceTable DepthComposer::confidences(float error_scale) con
                 const float z = (static_cast<float>(bin) + 0.5f) * 0.001f * depth_bin_mm;
                 table[static_cast<std::size_t>(place_in_table(l * class_layer + d, bin))] =
                     estimated_confidence(layer.error.misplaced +
-                                         error_scale * pixel_error(layer.error, layer.noise,
-                                                                   options_.error.shared_noise, z,
-                                                                   d));
+                                         pixel_error(layer.error, layer.noise,
+                                                     options_.error.shared_noise, z, d, scales));
             }
         }
     return table;
@@ -190,7 +189,7 @@ DepthComposer::ConfidenceTable DepthComposer::confidences(float error_scale) con
 void DepthComposer::judge(const Doubts &doubts) {
     if (!find_doubts(doubts))
         return;
-    const ConfidenceTable table = confidences(doubts.error_scale);
+    const ConfidenceTable table = confidences(doubts.scales);
     pool_.run(cells_.height(), [&](int y) {
         for (int x = 0; x < cells_.width(); ++x)
             if (Cell &cell = cells_(x, y); cell.judge)
@@ -203,8 +202,8 @@ void DepthComposer::judge(const Doubts &doubts) {
 
 /// Whether there is a cell to judge.
 bool DepthComposer::find_doubts(const Doubts &doubts) {
-    const bool all = drawn_anew_ || doubts.error_scale != error_scale_;
-    error_scale_ = doubts.error_scale;
+    const bool all = drawn_anew_ || doubts.scales != scales_;
+    scales_ = doubts.scales;
     const std::uint8_t most_moving = estimated_confidence(doubts.moving_error);
     bool any = false;
     for (int y = 0; y < cells_.height(); ++y)
@@ -212,8 +211,7 @@ bool DepthComposer::find_doubts(const Doubts &doubts) {
             Cell &cell = cells_(x, y);
             const bool moves = doubts.mask && doubts.mask->moving()(x, y) != 0;
             const std::uint8_t most = moves ? most_moving : measured_confidence;
-            const float local =
-                doubts.local ? doubts.error_scale * doubts.local->expected()(x, y) : 0;
+            const float local = doubts.local ? doubts.local->expected()(x, y) : 0;
             const float noticed =
                 std::max(confidence_step, (noticed_growth - 1) * std::min(local, cell.local));
             cell.judge = all || most != cell.most || std::abs(local - cell.local) > noticed;
@@ -253,7 +251,7 @@ void DepthComposer::lower(const Cell &cell, const DepthExtent &range, const Conf
             if (found == 0 && table[i] != no_confidence) {
                 found = std::min(table[i], cell.most);
                 if (cell.local >= confidence_step)
-                    found = estimated_confidence(std::hypot(expected_error(found), cell.local));
+                    found = estimated_confidence(expected_error(found) + cell.local);
             }
             lowered[i] = found;
         }

@@ -37,13 +37,12 @@ public:
                  const DepthCorrection &correction = {});
     /// What makes the pixels of the composed map wrong, beside its MapError.
     struct Doubts {
-        /// Factor on the modelled errors.
-        float error_scale = 1;
+        /// Factors on the modelled errors.
+        ErrorScales scales{};
         /// Cells that move, in which the relative error is at least `moving_error`. Null: none.
         const MotionMask *mask = nullptr;
         float moving_error = 0;
-        /// Errors to be added to those of a cell's pixels, in quadrature, by error_scale. Null:
-        /// none.
+        /// Errors to be added to those of a cell's pixels. Null: none.
         const LocalErrors *local = nullptr;
     };
     /// Gives every pixel of the composed map the confidence that its expected error deserves. Where
@@ -86,7 +85,7 @@ private:
     /// What lowers the confidences of a cell's pixels, and what came of it.
     struct Cell {
         std::uint8_t most = 0; ///< no pixel is more confident
-        float local = 0;       ///< relative error that is added in quadrature
+        float local = 0;       ///< relative error that is added
         std::uint32_t sum = 0; ///< of the pixels' confidences
         bool judge = false;    ///< whether this has to be worked out
     };
@@ -96,7 +95,7 @@ private:
     std::span<const int> pick_keyframes(const KeyframeSet &keyframes, int reference,
                                         const Pose &now, std::span<int, most_layers> picked) const;
     void fill_in();
-    ConfidenceTable confidences(float error_scale) const;
+    ConfidenceTable confidences(const ErrorScales &scales) const;
     void lower(const Cell &cell, const DepthExtent &range, const ConfidenceTable &table,
                ConfidenceTable &lowered) const;
     bool find_doubts(const Doubts &doubts);
@@ -120,8 +119,8 @@ private:
     int layer_count_ = 0; ///< of the composed map; 0: compose() has not drawn the map
     int covered_ = 0;
     std::uint64_t confidence_sum_ = 0;
-    float error_scale_ = 1; ///< of the last doubts
-    float misplaced_ = 0;   ///< MapError's, the most of the maps drawn
+    ErrorScales scales_;  ///< of the last doubts
+    float misplaced_ = 0; ///< MapError's, the most of the maps drawn
     bool drawn_anew_ = false;
 };
 

@@ -11,16 +11,28 @@ namespace {
 constexpr float enough_coverage = 0.98f;
 constexpr float least_fill = 0.05f;
 
-/// Mean relative error expected of a map's own pixels.
-float fresh_error(const Keyframe &fresh, const Views &views, const KeyframeOptions &options,
-                  float error_scale) {
+/// Two measured maps at the pose that depth itself tells differ by more than a map just measured
+/// and the next image: time has passed. Mean of the ratio over recordings (docs/estimation.md 7).
+constexpr double fresh_share = 0.85;
+/// Part of an error that carrying a map is taken to have added, at least.
+constexpr double least_carried = 0.25;
+
+/// What is left of an error without a part of it that is added in quadrature.
+double left_of(double error, double part) {
+    return std::sqrt(std::max(error * error - part * part, 0.0));
+}
+
+/// Mean relative errors of a map just measured.
+struct FreshErrors {
+    float modelled = 0;
+    float white = 0; ///< that neighbouring readings do not share
+};
+FreshErrors fresh_errors(const DepthSurface &surface, const MapError &error,
+                         const Intrinsics &camera, const KeyframeOptions &options) {
     constexpr int step = 8;
-    const DepthSurface &surface = fresh.surface;
-    const Intrinsics &camera = views.surface;
-    const MapError error =
-        map_error(surface, views, views.published_from_surface(),
-                  Eigen::Matrix<float, 6, 6>::Zero(), options.error, fresh.calibration_shift);
-    double sum = 0;
+    constexpr float mean_absolute = 0.7979f; // of a Gaussian of unit deviation
+    const SensorNoise noise = surface.noise();
+    float modelled = 0, white = 0;
     int count = 0;
     for (int v = 0; v < camera.height; v += step)
         for (int u = 0; u < camera.width; u += step) {
@@ -28,10 +40,12 @@ float fresh_error(const Keyframe &fresh, const Views &views, const KeyframeOptio
             const int distance = surface.edge_distance()(u, v);
             if (z == 0.0f || distance < options.warp.least_edge_distance_px)
                 continue;
-            sum += pixel_error(error, surface.noise(), options.error.shared_noise, z, distance);
+            modelled += pixel_error(error, noise, options.error.shared_noise, z, distance);
+            white += mean_absolute * surface.white_noise() * noise.sigma(z) / z;
             ++count;
         }
-    return count > 0 ? error.misplaced + error_scale * static_cast<float>(sum / count) : 0.0f;
+    const auto pixels = static_cast<float>(std::max(count, 1));
+    return {modelled / pixels, white / pixels};
 }
 
 /// Share of the pixels that have depth.
@@ -48,7 +62,8 @@ float fill(DepthView depth) {
 DepthPublication::DepthPublication(const KeyframeOptions &options, const Views &views,
                                    WorkerPool &pool)
     : views_(views), camera_(views.published), options_(options), composer_(views, options, pool),
-      motion_mask_(views, options.alignment), local_errors_(views.published) {
+      motion_mask_(views, options.alignment), local_errors_(views.published), fresh_scale_(0.35, 0),
+      carried_scale_(0.9, 0), moving_scale_(0.45, 0.45) {
     estimate_.depth = composer_.depth();
     estimate_.confidence = composer_.confidence();
 }
@@ -91,7 +106,7 @@ const Estimate &DepthPublication::estimated(const KeyframeSet &keyframes,
 void DepthPublication::judge(const Pose &from_world) {
     local_errors_.predict(composer_.depth(), since_measurement(from_world),
                           static_cast<int>(estimate_.age_frames) + 1);
-    composer_.judge({.error_scale = error_scale_.scale(),
+    composer_.judge({.scales = scales(),
                      .mask = &motion_mask_,
                      .moving_error = moving_scale_.scale() * options_.error.moving_error,
                      .local = &local_errors_});
@@ -99,9 +114,14 @@ void DepthPublication::judge(const Pose &from_world) {
 
 const Estimate &DepthPublication::measured(DepthView depth, const Keyframe &fresh,
                                            const Pose &from_world,
-                                           const CalibrationState &calibration) {
+                                           const CalibrationState &calibration,
+                                           std::optional<double> registered_error) {
+    const ErrorScales before = scales();
+    if (registered_error)
+        // Surfaces are smoothed; the readings that estimates are compared with are not.
+        fresh_scale_.learn(std::hypot(fresh_share * *registered_error, white_noise_), fresh_error_);
     if (estimate_.source == FrameSource::estimated)
-        learn_errors(depth);
+        learn_errors(depth, before);
     else
         local_errors_.clear();
     composer_.overlay(depth);
@@ -110,7 +130,13 @@ const Estimate &DepthPublication::measured(DepthView depth, const Keyframe &fres
     measured_ns_ = t_ns_;
     measured_from_world_ = from_world;
     fresh_fill_ = std::max(fill(depth), least_fill);
-    fresh_mre_ = 100 * fresh_error(fresh, views_, options_, error_scale_.scale());
+    const MapError error =
+        map_error(fresh.surface, views_, views_.published_from_surface(),
+                  Eigen::Matrix<float, 6, 6>::Zero(), options_.error, fresh.calibration_shift);
+    const FreshErrors errors = fresh_errors(fresh.surface, error, views_.surface, options_);
+    fresh_error_ = errors.modelled;
+    white_noise_ = errors.white;
+    misplaced_ = error.misplaced;
     estimate_.age_frames = 0;
     estimate_.calibration = calibration;
     estimate_.wants_measurement = false;
@@ -118,17 +144,36 @@ const Estimate &DepthPublication::measured(DepthView depth, const Keyframe &fres
     return estimate_;
 }
 
-/// Compares the map composed for the last image with the one that was measured for it.
-void DepthPublication::learn_errors(DepthView depth) {
+/// Compares the map composed for the last image with the one that was measured for it. `before`:
+/// the scales that the composed map's confidences have. Where cells are quiet, so that the model of
+/// the camera's motion speaks alone, carried_scale_ learns what is left when a fresh map's error is
+/// taken off.
+void DepthPublication::learn_errors(DepthView depth, const ErrorScales &before) {
     const int least_pixels = camera_.width * camera_.height / 400; // 1 % of those compared
     const ImageView<const ComparedErrors> cells = composer_.compare(depth);
-    ComparedErrors still, moving;
+    ComparedErrors quiet, moving;
     for (int y = 0; y < cells.height(); ++y)
-        for (int x = 0; x < cells.width(); ++x)
-            (motion_mask_.moving()(x, y) != 0 ? moving : still) += cells(x, y);
-    local_errors_.learn(cells, error_scale_.scale());
-    if (still.pixels >= least_pixels)
-        error_scale_.learn(still.true_error(), still.expected_error() / error_scale_.scale());
+        for (int x = 0; x < cells.width(); ++x) {
+            const ComparedErrors &cell = cells(x, y);
+            const double local = local_errors_.expected()(x, y) * cell.pixels;
+            if (motion_mask_.moving()(x, y) != 0) {
+                moving += cell;
+            } else if (2 * local <= cell.expected_sum) {
+                quiet += cell;
+                quiet.expected_sum -= local;
+            }
+        }
+    double ratio = 1;
+    if (quiet.pixels >= least_pixels) {
+        const double truth = quiet.true_error(), expected = quiet.expected_error();
+        const double carried = left_of(truth, fresh_scale_.scale() * fresh_error_);
+        const double modelled = left_of(expected, before.fresh * fresh_error_);
+        const double share = modelled / expected;
+        ratio = truth / expected;
+        carried_scale_.learn(std::max(carried, least_carried * truth), modelled / before.carried,
+                             share * share);
+    }
+    local_errors_.learn(cells, ratio);
     if (moving.pixels >= least_pixels)
         moving_scale_.learn(moving.true_error(), options_.error.moving_error);
 }
@@ -155,7 +200,7 @@ void DepthPublication::describe(FrameSource source, const Pose &from_world) {
     estimate_.coverage = 100 * covered;
     estimate_.relative_coverage = std::min(100 * covered / fresh_fill_, 100.0f);
     estimate_.expected_mre = composer_.expected_mre();
-    estimate_.fresh_mre = fresh_mre_;
+    estimate_.fresh_mre = 100 * (misplaced_ + fresh_scale_.scale() * fresh_error_);
     estimate_.pose = since_measurement(from_world);
     estimate_.world_from_camera = from_world.inverse();
     estimate_.tracked = source != FrameSource::none;

@@ -9,6 +9,7 @@
 #include "core/keyframe/motion_mask.hpp"
 
 #include <cstdint>
+#include <optional>
 
 namespace afterglow {
 
@@ -30,9 +31,11 @@ public:
                               const DepthCorrection &correction, std::int64_t t_ns);
     /// `depth`, as the published camera sees it from `from_world`, was measured for the last image;
     /// what it lacks stays as estimated. `fresh`: the keyframe made of it; `calibration`: what it
-    /// and those before tell of the cameras.
+    /// and those before tell of the cameras. `registered_error`: mean relative difference of it and
+    /// an earlier map, where depth itself tells the pose between the two.
     const Estimate &measured(DepthView depth, const Keyframe &fresh, const Pose &from_world,
-                             const CalibrationState &calibration);
+                             const CalibrationState &calibration,
+                             std::optional<double> registered_error);
 
     /// The last published map; empty where it has no depth.
     DepthView composed() const;
@@ -42,7 +45,8 @@ public:
 
 private:
     void judge(const Pose &from_world);
-    void learn_errors(DepthView depth);
+    void learn_errors(DepthView depth, const ErrorScales &before);
+    ErrorScales scales() const { return {fresh_scale_.scale(), carried_scale_.scale()}; }
     /// Motion of the published camera since the last measurement.
     Pose since_measurement(const Pose &from_world) const;
     void describe(FrameSource source, const Pose &from_world);
@@ -53,16 +57,19 @@ private:
     DepthComposer composer_;
     MotionMask motion_mask_;
     LocalErrors local_errors_;
-    ErrorScale error_scale_;  ///< of what moves with the camera's view alone
-    ErrorScale moving_scale_; ///< of moving_error
+    ErrorScale fresh_scale_;   ///< of a map just measured
+    ErrorScale carried_scale_; ///< of what carrying a map with the camera's view adds
+    ErrorScale moving_scale_;  ///< of moving_error
     Estimate estimate_;
     std::int64_t t_ns_ = 0;
     std::int64_t measured_ns_ = 0;
     Pose measured_from_world_; ///< where the published camera was at the last measurement
     bool ever_measured_ = false;
-    float fresh_fill_ = 1; ///< share of the pixels that the last measured map has
-    int enough_ = 0;       ///< pixels covered after which no more maps are added
-    float fresh_mre_ = 0;  ///< expected of a fresh measurement, percent
+    float fresh_fill_ = 1;  ///< share of the pixels that the last measured map has
+    int enough_ = 0;        ///< pixels covered after which no more maps are added
+    float fresh_error_ = 0; ///< mean relative error modelled of the last measured map
+    float white_noise_ = 0; ///< mean relative error that its readings do not share
+    float misplaced_ = 0;   ///< MapError's, of the same
 };
 
 } // namespace afterglow

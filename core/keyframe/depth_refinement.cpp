@@ -25,6 +25,8 @@ constexpr double shape_independent_px2 = 32000;
 constexpr float enough_readings = 4800;
 constexpr int closest_px = 4;
 constexpr int least_compared = 100;
+/// No difference of depths counts for more, as a share of the depth.
+constexpr float most_relative = 0.2f;
 /// A step below this, metres and radians, is the last, and changes nothing of how well maps fit.
 constexpr float converged_step = 2e-4f;
 
@@ -73,6 +75,7 @@ struct Sums {
     WeightedProducts products; ///< of the derivatives and, last, the error
     std::array<int, DepthComparisons::bins + 1> histogram{};
     int sampled = 0, compared = 0, inliers = 0;
+    float relative_errors = 0; ///< sum over the compared points
 
     Matrix6 information() const {
         Matrix6 H;
@@ -109,6 +112,8 @@ Sums compare_maps(const DepthSurface &from, const DepthSurface &to, const Intrin
         add_products(block, Sums::columns, sums.products);
         for (const int bin : block.bin)
             ++sums.histogram[static_cast<std::size_t>(bin)];
+        for (std::size_t i = 0; i < static_cast<std::size_t>(points.count); ++i)
+            sums.relative_errors += std::min(std::abs(block.error[i]) / points.z[i], most_relative);
     });
     for (std::size_t i = 0; i < DepthComparisons::bins; ++i) {
         sums.compared += sums.histogram[i];
@@ -136,6 +141,7 @@ DepthFit refine_by_depth(const DepthSurface &from, const DepthSurface &to, const
         fit.pose = pose;
         fit.residual_scale = scale;
         fit.inlier_share = static_cast<float>(sums.inliers) / static_cast<float>(sums.compared);
+        fit.relative_error = sums.relative_errors / static_cast<float>(sums.compared);
         fit.compared_share = static_cast<float>(sums.compared) / static_cast<float>(sums.sampled);
         if (i == options.iterations)
             break;

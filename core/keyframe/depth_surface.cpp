@@ -10,6 +10,12 @@
 #include <utility>
 
 namespace afterglow {
+namespace {
+
+/// Below this share of white noise neighbours have most of their noise in common.
+constexpr float mostly_shared = 0.5f;
+
+} // namespace
 
 DepthSurface::DepthSurface(const Intrinsics &camera, const SurfaceOptions &options)
     : camera_(camera), options_(options), units_(options.farthest_m),
@@ -34,7 +40,8 @@ void DepthSurface::read(DepthView depth, WorkerPool &pool, const DepthCorrection
     measure_noise();
     find_edges();
     grow_distance();
-    smoothing_.run({raw_, distance_, amplitude, noise_, noise_is_shared_}, pool, smooth_);
+    smoothing_.run({raw_, distance_, amplitude, noise_, white_noise_ < mostly_shared}, pool,
+                   smooth_);
     for (int v = 0; v < smooth_.height(); ++v)
         add_edge_distances(v);
 }
@@ -150,8 +157,8 @@ void DepthSurface::load(DepthView depth) {
 }
 
 // White noise of deviation s gives the second difference of three neighbours the deviation s
-// sqrt(6), whatever the slope; edges are outliers to the median. Where it is less than half of that
-// for the sensor's sigma, neighbours have most of their noise in common.
+// sqrt(6), whatever the slope; edges are outliers to the median. Where it is less than that for the
+// sensor's sigma, neighbours have the rest of their noise in common.
 void DepthSurface::measure_noise() {
     constexpr int step = 4, row_step = 8, bins_per_sigma = 16, most_sigmas = 16;
     constexpr float median_of_gaussian = 0.6745f;
@@ -173,8 +180,9 @@ void DepthSurface::measure_noise() {
     std::size_t median = 0;
     for (int below = histogram[0]; 2 * below < count; below += histogram[median])
         ++median;
-    noise_ = options_.noise.times(std::max(1.0f, static_cast<float>(median) / bins_per_sigma));
-    noise_is_shared_ = 2 * median < bins_per_sigma;
+    const float found = static_cast<float>(median) / bins_per_sigma;
+    noise_ = options_.noise.times(std::max(1.0f, found));
+    white_noise_ = std::min(1.0f, found);
 }
 
 // A pixel is on an edge when a neighbour is on another surface. A hole is an edge only where both

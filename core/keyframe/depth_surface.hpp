@@ -78,6 +78,8 @@ public:
     /// The map's own noise: SurfaceOptions::noise, or more where neighbouring readings differ by
     /// more than that explains. What is common to neighbours does not show.
     const SensorNoise &noise() const { return noise_; }
+    /// Part of it that neighbouring readings do not have in common: smoothing takes it away.
+    float white_noise() const { return white_noise_; }
     const SurfaceOptions &options() const { return options_; }
 
 private:
@@ -99,7 +101,7 @@ private:
     DepthCorrection correction_;
     SurfaceOptions options_;
     SensorNoise noise_ = options_.noise;
-    bool noise_is_shared_ = false; ///< most of it, by neighbouring readings
+    float white_noise_ = 1; ///< as a share of noise_
     DepthUnits units_;
     Image<UnitDepth> raw_; ///< with rows below the map's that are empty
     SurfaceSmoothing smoothing_;

@@ -3,11 +3,9 @@
 
 namespace afterglow {
 
-/// Learns from measurements by which factor the model of the expected error is wrong.
+/// Learns from measurements by which factor a modelled error is wrong.
 ///
-/// Each measurement of the TOF camera arrives beside the map that was estimated for the same image,
-/// and so tells the true error of that map, which expected_error.hpp had predicted. With r_k the
-/// ratio of the true to the modelled error at measurement k:
+/// With r_k the ratio of the true to the modelled error at measurement k:
 ///
 ///     ln r_k = m_k + noise,   m_k = m_(k-1) + drift
 ///
@@ -15,15 +13,21 @@ namespace afterglow {
 /// readings count less and bounds from below how certain m can become. Real-time safe; one thread.
 class ErrorScale {
 public:
-    /// `true_error`, `modelled_error`: mean relative errors over the same pixels, in the same unit,
-    /// the latter without scale(). A pair that is not positive and finite is left out. One reading
-    /// moves m as if it were off by 2.5 of its standard deviations at most.
-    void learn(double true_error, double modelled_error);
+    /// `reading_deviation`: of the noise; `spread`: of ln r about m in the frames to come.
+    ErrorScale(double reading_deviation, double spread)
+        : reading_deviation_(reading_deviation), spread_(spread) {}
 
-    /// The factor: the mean of r at the next measurement, which is larger while m is not certain.
+    /// `true_error`, `modelled_error`: in the same unit, the latter without scale(). A pair that is
+    /// not positive and finite is left out. One reading moves m as if it were off by 2.5 of its
+    /// standard deviations at most. `share`: part of the reading that is about this error; its
+    /// noise grows as the inverse.
+    void learn(double true_error, double modelled_error, double share = 1);
+
+    /// The factor: the mean of r in the frames to come, which is larger while m is not certain.
     float scale() const;
 
 private:
+    double reading_deviation_, spread_;
     double m_ = 0;
     double variance_ = 0.6 * 0.6; ///< of m
 };

@@ -103,18 +103,28 @@ MapError map_error(const DepthSurface &surface, const Views &views, const Pose &
     e.misplaced = difference_at(
         surface.z(), static_cast<int>(std::lround(calibration_shift * static_cast<float>(fx))));
     const float spread = std::hypot(options.edge_registration_px, e.shift_px);
-    for (std::size_t d = 1; d < e.edge.size(); ++d)
-        e.edge[d] = surface.edge_jump() * upper_tail((static_cast<float>(d) - 0.5f) / spread);
-    e.edge[0] = 0;
+    const auto edge_error = [&](std::size_t distance, float deviation) {
+        return surface.edge_jump() * upper_tail((static_cast<float>(distance) - 0.5f) / deviation);
+    };
+    for (std::size_t d = 1; d < e.edge.size(); ++d) {
+        e.edge[d] = edge_error(d, spread);
+        e.fresh_edge[d] = edge_error(d, options.edge_registration_px);
+    }
     return e;
 }
 
 float pixel_error(const MapError &map, const SensorNoise &noise, float shared_noise, float z,
-                  int edge_distance) {
+                  int edge_distance, const ErrorScales &scales) {
     // Both the carried reading and the fresh one it is compared with are noisy.
     const float sensor = noise.sigma(z) / z * std::sqrt(1.0f + shared_noise * shared_noise);
-    return mean_absolute * (std::hypot(sensor, map.pose_relative) + map.slope * map.shift_px) +
-           map.edge[static_cast<std::size_t>(edge_distance & 7)];
+    const auto d = static_cast<std::size_t>(edge_distance & 7);
+    const float fresh = mean_absolute * sensor + map.fresh_edge[d];
+    const float whole =
+        mean_absolute * (std::hypot(sensor, map.pose_relative) + map.slope * map.shift_px) +
+        map.edge[d];
+    const float carried2 = std::max(whole * whole - fresh * fresh, 0.0f);
+    return std::sqrt(scales.fresh * scales.fresh * fresh * fresh +
+                     scales.carried * scales.carried * carried2);
 }
 
 } // namespace afterglow

@@ -32,7 +32,8 @@ struct MapError {
     /// Share of the depth, of a calibration that is known to be wrong. Maps agree about it, so that
     /// measurements cannot tell: it is not part of pixel_error().
     float misplaced = 0;
-    std::array<float, 8> edge{}; ///< expected relative error by distance from a depth edge
+    std::array<float, 8> edge{};       ///< expected relative error by distance from a depth edge
+    std::array<float, 8> fresh_edge{}; ///< the same of a map that has not been carried
 };
 
 /// Carries the uncertainty of a pose into depth.
@@ -48,8 +49,16 @@ MapError map_error(const DepthSurface &surface, const Views &views, const Pose &
                    const Eigen::Matrix<float, 6, 6> &covariance, const ErrorOptions &options,
                    float calibration_shift = 0);
 
+/// Factors on the two parts of a pixel's error.
+struct ErrorScales {
+    float fresh = 1;   ///< on that of a map just measured
+    float carried = 1; ///< on what carrying it adds, in quadrature
+
+    bool operator==(const ErrorScales &) const = default;
+};
+
 /// Expected relative error of one pixel of a carried map against a fresh reading.
 float pixel_error(const MapError &map, const SensorNoise &noise, float shared_noise, float z,
-                  int edge_distance);
+                  int edge_distance, const ErrorScales &scales = {});
 
 } // namespace afterglow

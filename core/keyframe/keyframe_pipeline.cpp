@@ -46,8 +46,9 @@ const Estimate &KeyframePipeline::measure(const Measurement &measurement) {
         arriving_.finish();
     if (guard_ && guard_->check(arriving_, motion_, measurement.lag_s, tracker_.image()))
         keyframes_.clear(); // they were placed by another calibration
+    std::optional<double> registered_error;
     if (keyframes_.size() > 0)
-        register_map();
+        registered_error = register_map();
     if (keyframes_.size() == 0)
         forget();
     Keyframe &k = keyframes_.push(depth_now_);
@@ -67,7 +68,7 @@ const Estimate &KeyframePipeline::measure(const Measurement &measurement) {
             : published_.rendered(k.surface, from_world * depth_now_.inverse(),
                                   views_.publishes_tracking() ? while_read() : Twist::Zero());
     return publication_.measured(shown, k, from_world,
-                                 guard_ ? guard_->state() : CalibrationState{});
+                                 guard_ ? guard_->state() : CalibrationState{}, registered_error);
 }
 
 /// Readies the newest keyframe for being compared with later images, and for being drawn: what is
@@ -97,8 +98,9 @@ DepthCorrection KeyframePipeline::published_correction() const {
 }
 
 /// Places the arriving map among the keyframes; where neither images nor geometry tell its place,
-/// the keyframes are forgotten.
-void KeyframePipeline::register_map() {
+/// the keyframes are forgotten. Returns the mean relative difference of the map and the reference,
+/// if they fit.
+std::optional<double> KeyframePipeline::register_map() {
     const Keyframe &reference = keyframes_[tracker_.reference()];
     const DepthFit fit = registration_.add(reference, arriving_, depth_now_, tracker_.alignment(),
                                            motion_.turning());
@@ -109,6 +111,7 @@ void KeyframePipeline::register_map() {
     } else if (!tracker_.alignment().good) {
         keyframes_.clear();
     }
+    return fit.good ? std::optional<double>(fit.relative_error) : std::nullopt;
 }
 
 /// The next map begins a new world.

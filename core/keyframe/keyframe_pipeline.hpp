@@ -41,7 +41,7 @@ private:
     /// The correction that composed maps are shown with.
     DepthCorrection published_correction() const;
     bool warps_arriving() const;
-    void register_map();
+    std::optional<double> register_map();
     void forget();
 
     Views views_;

@@ -9,6 +9,8 @@ namespace {
 
 /// A cell with fewer compared pixels tells nothing.
 constexpr int least_pixels = 32;
+/// A cell is more wrong than modelled when its error is more than so many times the modelled one.
+constexpr double noticed = 2;
 /// Assumed where the composed map has no depth: there the camera's rotation alone tells the place.
 constexpr double far_m = 1000;
 
@@ -16,49 +18,48 @@ constexpr double far_m = 1000;
 
 LocalErrors::LocalErrors(const Intrinsics &camera)
     : camera_(camera),
-      variance_then_(MotionMask::cells(camera.width), MotionMask::cells(camera.height)),
-      variance_now_(variance_then_.width(), variance_then_.height()),
-      expected_(variance_then_.width(), variance_then_.height()) {}
+      rate_then_(MotionMask::cells(camera.width), MotionMask::cells(camera.height)),
+      rate_now_(rate_then_.width(), rate_then_.height()),
+      expected_(rate_then_.width(), rate_then_.height()) {}
 
 void LocalErrors::predict(DepthView composed, const Pose &pose, int frames) {
     frames_ = frames;
     const Pose back = pose.inverse();
-    for (int y = 0; y < variance_then_.height(); ++y)
-        for (int x = 0; x < variance_then_.width(); ++x) {
+    for (int y = 0; y < rate_then_.height(); ++y)
+        for (int x = 0; x < rate_then_.width(); ++x) {
             const int u = std::min(x * cell_px + cell_px / 2, camera_.width - 1);
             const int v = std::min(y * cell_px + cell_px / 2, camera_.height - 1);
             const double z = composed(u, v) != 0 ? 1e-3 * composed(u, v) : far_m;
             const Eigen::Vector3d then = back * camera_.back_project(u, v, z);
-            float variance = 0;
+            float rate = 0;
             if (then.z() > 0) {
                 const Eigen::Vector2d p = camera_.project(then);
                 if (p.x() >= 0 && p.y() >= 0 && p.x() < camera_.width && p.y() < camera_.height)
-                    variance = variance_then_(static_cast<int>(p.x()) / cell_px,
-                                              static_cast<int>(p.y()) / cell_px);
+                    rate = rate_then_(static_cast<int>(p.x()) / cell_px,
+                                      static_cast<int>(p.y()) / cell_px);
             }
-            variance_now_(x, y) = variance;
-            expected_(x, y) = std::sqrt(variance) * static_cast<float>(frames);
+            rate_now_(x, y) = rate;
+            expected_(x, y) = rate * static_cast<float>(frames);
         }
 }
 
-void LocalErrors::learn(ImageView<const ComparedErrors> compared, float scale) {
+void LocalErrors::learn(ImageView<const ComparedErrors> compared, double elsewhere) {
     const double n = frames_;
-    for (int y = 0; y < variance_then_.height(); ++y)
-        for (int x = 0; x < variance_then_.width(); ++x) {
+    for (int y = 0; y < rate_then_.height(); ++y)
+        for (int x = 0; x < rate_then_.width(); ++x) {
             const ComparedErrors &cell = compared(x, y);
-            variance_then_(x, y) = variance_now_(x, y);
+            rate_then_(x, y) = rate_now_(x, y);
             if (cell.pixels < least_pixels)
                 continue;
             const double t = cell.true_error(), e = cell.expected_error();
-            const double local = scale * expected_(x, y);
-            const double modelled = std::max(e * e - local * local, 0.0);
-            const double excess = std::max(t * t - modelled, 0.0) / (n * n);
-            variance_then_(x, y) = static_cast<float>((variance_now_(x, y) + excess) / 2);
+            const double modelled = std::max(e - expected_(x, y), 0.0) * std::max(elsewhere, 1.0);
+            const double found = t > noticed * modelled ? (t - modelled) / n : 0;
+            rate_then_(x, y) = static_cast<float>((rate_now_(x, y) + found) / 2);
         }
 }
 
 void LocalErrors::clear() {
-    for (Image<float> *cells : {&variance_then_, &variance_now_, &expected_})
+    for (Image<float> *cells : {&rate_then_, &rate_now_, &expected_})
         std::ranges::fill(cells->pixels(), 0.0f);
 }
 

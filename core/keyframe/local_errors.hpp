@@ -29,12 +29,13 @@ struct ComparedErrors {
 /// measurements showed, for example because an object there moves by itself.
 ///
 /// In a cell of the view that changes at a steady speed, the error grows with the n frames since
-/// the last measurement. With t the true and e the modelled mean relative error of the cell,
+/// the last measurement. With t the true and e the modelled mean relative error of the cell (as
+/// much more as it is elsewhere),
 ///
-///     t^2 = e^2 + (r n)^2,    r_k^2 = (r_(k-1)^2 + max(t^2 - e^2, 0) / n^2) / 2
+///     t = e + r n,    r_k = (r_(k-1) + (t - e) / n) / 2 where t > 2 e, else r_(k-1) / 2
 ///
 /// r, one frame's error, stays with the surface that the cell shows when the camera moves, and is
-/// halved in square by each measurement that finds nothing. Cells are those of MotionMask.
+/// halved by each measurement that finds nothing. Cells are those of MotionMask.
 /// Allocates when made; the calls are real-time safe.
 class LocalErrors {
 public:
@@ -47,8 +48,9 @@ public:
     /// depth map composed for the new image, millimetres.
     void predict(DepthView composed, const Pose &pose, int frames);
     /// Takes the measurement of the image last given to predict(). `compared`: the errors of each
-    /// cell; their expected part includes `scale` times expected(), in quadrature.
-    void learn(ImageView<const ComparedErrors> compared, float scale);
+    /// cell; their expected part includes expected(). `elsewhere`: ratio of the true to the
+    /// modelled error where nothing moves; what is wrong everywhere is not laid to a cell.
+    void learn(ImageView<const ComparedErrors> compared, double elsewhere);
     /// Forgets all cells, as after a jump of the camera.
     void clear();
 
@@ -57,9 +59,9 @@ public:
 
 private:
     Intrinsics camera_;
-    Image<float> variance_then_; ///< r^2 by cell of the last measured image
-    Image<float> variance_now_;  ///< r^2 by cell of the last image
-    Image<float> expected_;      ///< by cell of the last image
+    Image<float> rate_then_; ///< r by cell of the last measured image
+    Image<float> rate_now_;  ///< r by cell of the last image
+    Image<float> expected_;  ///< by cell of the last image
     int frames_ = 1;
 };
 

@@ -43,8 +43,8 @@ TEST_CASE("a composed map's confidence follows from each pixel's depth and dista
     Drawn drawn;
     const Pose now = drawn.shifted(9);
     drawn.compose(now);
-    constexpr float error_scale = 1.3f;
-    drawn.composer.judge({.error_scale = error_scale});
+    constexpr ErrorScales scales{.fresh = 1.3f, .carried = 0.8f};
+    drawn.composer.judge({.scales = scales});
 
     const Keyframe &keyframe = drawn.keyframes[0];
     Warp warp(drawn.film.camera, drawn.film.camera, drawn.options.warp, drawn.pool);
@@ -62,9 +62,9 @@ TEST_CASE("a composed map's confidence follows from each pixel's depth and dista
             std::uint8_t expected = no_confidence;
             if (edges(u, v) != 0) {
                 const float z = 0.1f * (static_cast<float>(depth(u, v) / 100) + 0.5f);
-                expected = estimated_confidence(
-                    error_scale * pixel_error(error, keyframe.surface.noise(),
-                                              drawn.options.error.shared_noise, z, edges(u, v)));
+                expected = estimated_confidence(pixel_error(error, keyframe.surface.noise(),
+                                                            drawn.options.error.shared_noise, z,
+                                                            edges(u, v), scales));
                 sum += expected_error(expected);
             }
             CAPTURE(u, v);
@@ -99,8 +99,7 @@ TEST_CASE("a composed map's confidence is lowered only in cells where measuremen
             const bool inside =
                 u / MotionMask::cell_px == 2 && v / MotionMask::cell_px == 1 && before(u, v) != 0;
             const std::uint8_t expected =
-                inside ? estimated_confidence(std::hypot(expected_error(before(u, v)), added))
-                       : before(u, v);
+                inside ? estimated_confidence(expected_error(before(u, v)) + added) : before(u, v);
             CAPTURE(u, v);
             REQUIRE(int{drawn.composer.confidence()(u, v)} == int{expected});
         }
@@ -123,12 +122,12 @@ TEST_CASE("a map that stays gets the confidences that a new one would get", "[co
         compared(3, 3) = {.true_sum = 20, .expected_sum = 0, .pixels = 1000};
         local.learn(compared, 1);
         local.predict(kept.composer.depth(), Pose::identity(), frames);
-        const float error_scale = frames < 30 ? 1 : 1.5f;
-        kept.composer.judge({.error_scale = error_scale, .local = &local});
+        const ErrorScales scales{.carried = frames < 30 ? 1 : 1.5f};
+        kept.composer.judge({.scales = scales, .local = &local});
         anew.compose(anew.shifted(frames % 2 == 0 ? 40 : 20)); // so that the next is drawn
         anew.compose(anew.shifted(9));
         REQUIRE(anew.composer.drawn_anew());
-        anew.composer.judge({.error_scale = error_scale, .local = &local});
+        anew.composer.judge({.scales = scales, .local = &local});
         CAPTURE(frames);
         CHECK(kept.composer.confidence() == anew.composer.confidence());
         CHECK(kept.composer.expected_mre() == anew.composer.expected_mre());

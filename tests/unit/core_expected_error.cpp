@@ -106,6 +106,27 @@ TEST_CASE("the expected error of a pixel falls with edge distance and grows with
     CHECK(pixel_error(error, noise, 0.7f, 4.0f, 7) > pixel_error(error, noise, 0.7f, 1.0f, 7));
 }
 
+TEST_CASE("what measurements teach scales the error of a fresh map and what carrying it adds",
+          "[core]") {
+    const DepthSurface surface = plane({0, 0, 0.5});
+    const SensorNoise noise;
+    const auto error_of = [&](const Eigen::Matrix<float, 6, 6> &covariance, const Pose &pose,
+                              const ErrorScales &scales) {
+        const MapError map = map_error(surface, camera, pose, covariance, ErrorOptions{});
+        return pixel_error(map, noise, 0.7f, 2.0f, far_from_edge, scales);
+    };
+    const Eigen::Matrix<float, 6, 6> known = Eigen::Matrix<float, 6, 6>::Zero();
+    const Eigen::Matrix<float, 6, 6> vague = 1e-4f * Eigen::Matrix<float, 6, 6>::Identity();
+    const Pose moved{Eigen::Matrix3d::Identity(), {0.1, 0, 0}};
+    const float fresh = error_of(known, Pose::identity(), {});
+    const float carried = std::sqrt(std::pow(error_of(vague, moved, {}), 2.0f) - fresh * fresh);
+    REQUIRE(carried > 0.001f);
+    // A map that has not been carried has the one part alone.
+    CHECK(error_of(known, Pose::identity(), {.fresh = 2, .carried = 5}) == Approx(2 * fresh));
+    CHECK(error_of(vague, moved, {.fresh = 2, .carried = 3}) ==
+          Approx(std::hypot(2 * fresh, 3 * carried)));
+}
+
 TEST_CASE("the expected error is finite when no pixel of the map is in view", "[core]") {
     const MapError error =
         map_error(plane({0, 0, 0.5}), camera, Pose{Eigen::Matrix3d::Identity(), {50, 0, 0}},

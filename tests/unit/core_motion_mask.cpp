@@ -17,7 +17,7 @@ const SyntheticOptions options{
     .width = 320, .height = 240, .fps = 30, .seed = 1, .real_time = false, .noise = false};
 
 /// Of a moving pixel, before a measurement has told how wrong they are.
-const float unlearnt_moving_error = ErrorScale().scale() * ErrorOptions{}.moving_error;
+const float unlearnt_moving_error = ErrorScale(0.45, 0.45).scale() * ErrorOptions{}.moving_error;
 
 /// A printed wall 2.5 m ahead and a box 1.2 m ahead, which goes right at `speed` m/s, in front of a
 /// camera that goes up at 0.2 m/s.
