@@ -11,7 +11,8 @@ namespace afterglow {
 constexpr int mapped_tile_px = 16;
 
 /// What is seen at a corner of a tile: the pixel (u, v) of a surface, whose depth there is z,
-/// metres. A point of that pixel with another depth z' reads scale z' + shift, millimetres.
+/// metres. A point that is seen at the corner with another depth z' reads scale z' + shift,
+/// millimetres.
 struct MappedCorner {
     float u = 0, v = 0, z = 0, scale = 0, shift = 0;
 };
@@ -31,16 +32,21 @@ struct MappedTile {
     /// is w more than that of the corners is seen where these put the pixel that is parallax w
     /// farther right and down.
     float inverse_depth = 0, parallax_u = 0, parallax_v = 0;
+    /// Points are displaced so differently that the one of a pixel has to be searched for: from the
+    /// nearest depth, which is that of the corners, on; where nothing is there, at the farthest.
+    bool searched = false;
+    float farthest_inverse_depth = 0; ///< 1/m
 };
 
 /// Draws a tile of readings, millimetres, and of edge distances, pixels, both 0 = none. A pixel
 /// shows the nearest point of the surface `z` (DepthSurface::z()). Its depth is that of the
 /// surface at the pixel's place: if the corners are on one surface, the point's, moved along the
 /// slope between the corners; else bilinear between the four points around the place, if they are
-/// on one surface. Of an even tile only every fourth pixel of every fourth row is looked up so;
-/// readings are bilinear between them. Points nearer to an edge than `least_edge_distance` are left
-/// out. `z` has at least 2 rows and columns. The images begin at the tile's first pixel and have as
-/// many columns. Returns how many pixels have depth. Real-time safe.
+/// on one surface. A pixel whose point is searched for shows nothing if the last one found is not
+/// seen there: what is behind it was hidden. Of an even tile only every fourth pixel of every
+/// fourth row is looked up; readings are bilinear between them. Points nearer to an edge than
+/// `least_edge_distance` are left out. `z` has at least 2 rows and columns. The images begin at the
+/// tile's first pixel and have as many columns. Returns how many pixels have depth. Real-time safe.
 int draw_mapped(const MappedTile &tile, ImageView<const float> z, int least_edge_distance,
                 ImageView<std::uint16_t> millimetres, ImageView<std::uint8_t> edge_distance);
 

@@ -19,7 +19,8 @@ Eigen::Matrix3d cross_matrix(const Eigen::Vector3d &w) {
 
 SurfaceProjection::SurfaceProjection(const Intrinsics &from, const Intrinsics &to, const Pose &pose,
                                      const RollingShutter &shutter)
-    : rows_(static_cast<float>(from.height)), skewed_(!shutter.skew.isZero(0)) {
+    : rows_(static_cast<float>(from.height)), middle_column_(static_cast<float>(to.width - 1) / 2),
+      skewed_(!shutter.skew.isZero(0)) {
     const Eigen::Matrix3d K = to.matrix(), Ki = from.matrix().inverse();
     turn_ = (K * pose.R * Ki).cast<float>();
     // Skews are so small that their squares do not matter.
@@ -55,8 +56,57 @@ Eigen::Vector3f SurfaceProjection::operator()(float u, float v, float z) const {
     return motion_.any ? line(u, v, seen.y()).seen(z) : seen;
 }
 
-Eigen::Matrix2f SurfaceProjection::jacobian(const Eigen::Vector3f &seen, float z) const {
-    return z / seen.z() * (turn_.topLeftCorner<2, 2>() - seen.head<2>() * turn_.row(2).head<2>());
+ViewRow SurfaceProjection::view_row(float y) const {
+    const float part =
+        motion_.any ? std::clamp((y - motion_.middle) * motion_.per_row, -0.5f, 0.5f) : 0;
+    const Eigen::Matrix3f moved = Eigen::Matrix3f::Identity() + part * motion_.turn;
+    const Eigen::Vector3f shift = moved * shift_ + part * motion_.shift;
+    ViewRow row;
+    row.skewed = skewed_;
+    row.middle = 0.5f * rows_;
+    const auto turn_back_at = [&](float surface_row) -> Eigen::Matrix3f {
+        const Eigen::Matrix3f ahead = turn_ + (surface_row / rows_ - 0.5f) * turn_skew_;
+        return (moved * ahead).cast<double>().inverse().cast<float>();
+    };
+    Eigen::Matrix3f back = turn_back_at(row.middle);
+    if (skewed_) {
+        const Eigen::Vector3f at_middle = back * Eigen::Vector3f(middle_column_, y, 1);
+        row.middle = at_middle.y() / at_middle.z();
+        back = turn_back_at(row.middle);
+        row.turn_per_row = back * moved * turn_skew_ / rows_;
+    }
+    row.by_column = back.col(0);
+    row.origin = back.col(1) * y + back.col(2);
+    row.shift = back * shift;
+    return row;
+}
+
+ViewRay ViewRow::at(float column) const {
+    const Eigen::Vector3f ray = by_column * column + origin;
+    const float inverse = 1 / ray.z();
+    ViewRay at;
+    at.infinite = inverse * ray.head<2>();
+    at.parallax = shift.z() * at.infinite - shift.head<2>();
+    at.scale = inverse;
+    at.shift = inverse * shift.z();
+    if (skewed) {
+        // A point moves with its row on the surface, which moves with the point.
+        Eigen::Vector2f by_row;
+        float turned_depth = 0, rows = 0;
+        const auto move_from = [&](const Eigen::Vector2f &place) {
+            const Eigen::Vector3f turned = turn_per_row * Eigen::Vector3f(place.x(), place.y(), 1);
+            by_row = place * turned.z() - turned.head<2>();
+            turned_depth = turned.z();
+            rows = (at.infinite.y() - middle) / (1 - by_row.y());
+        };
+        move_from(at.infinite);
+        move_from(at.infinite + 0.5f * rows * by_row); // halfway
+        const float nearer = at.parallax.y() / (1 - by_row.y());
+        at.infinite += rows * by_row;
+        at.parallax += nearer * by_row;
+        at.scale += at.scale * rows * turned_depth;
+    }
+    return at;
 }
 
 RowProjection SurfaceProjection::row(float v) const {

@@ -16,6 +16,38 @@ struct RollingShutter {
     Twist motion = Twist::Zero();
 };
 
+/// The points of a surface that are seen at one pixel of a view.
+struct ViewRay {
+    Eigen::Vector2f infinite =
+        Eigen::Vector2f::Zero(); ///< the pixel of those that are infinitely far away
+    Eigen::Vector2f parallax =
+        Eigen::Vector2f::Zero(); ///< what nearer ones are beside it, pixels times metres
+    float scale = 0, shift = 0;  ///< their depth in the view is scale z + shift; shift in metres
+
+    /// The pixel of the surface whose point is seen if its depth is z, metres.
+    Eigen::Vector2f place(float z) const { return infinite + (1 / z) * parallax; }
+    float depth(float z) const { return scale * z + shift; }
+};
+
+/// What is seen on one row of a view. The inverse of SurfaceProjection, but for two things: along
+/// parallax a surface's skew is taken to be that of points infinitely far away, and the motion
+/// while the view is read is that of the row itself, not of the one on which a point would be
+/// without it.
+class ViewRow {
+public:
+    ViewRay at(float column) const;
+
+private:
+    friend class SurfaceProjection;
+    /// By y depth, a homogeneous pixel (column, row, 1) of the view becomes y (by_column column +
+    /// origin) - shift, a homogeneous pixel of the surface.
+    Eigen::Vector3f by_column, origin, shift;
+    /// How surface pixels turn from its first row to its last one, per row from `middle` on.
+    Eigen::Matrix3f turn_per_row;
+    float middle;
+    bool skewed;
+};
+
 /// Where a surface's points are seen in a view. Real-time safe.
 class SurfaceProjection {
 public:
@@ -29,6 +61,15 @@ public:
     /// What happens while the view is read.
     const RowMotion &while_read() const { return motion_; }
 
+    /// Where pixel (u, v) of the surface with depth z, metres, is seen: pixel and depth.
+    Eigen::Vector3f operator()(float u, float v, float z) const;
+    /// Takes homogeneous pixels of the surface's middle row to those of the view, of points that
+    /// are infinitely far away.
+    const Eigen::Matrix3f &turn() const { return turn_; }
+    /// The points that are seen on row y of the view.
+    ViewRow view_row(float y) const;
+
+private:
     /// A point on a ray: its homogeneous pixel is z * ray + shift, the third of which is its depth
     /// in the view, metres.
     struct Line {
@@ -44,21 +85,12 @@ public:
     Line line(float u, float v) const;
     /// The same, with what has happened when row `view_row` is read.
     Line line(float u, float v, float view_row) const;
-    /// Where pixel (u, v) of the surface with depth z, metres, is seen: pixel and depth.
-    Eigen::Vector3f operator()(float u, float v, float z) const;
-    /// Takes homogeneous pixels of the surface's middle row to those of the view, of points that
-    /// are infinitely far away.
-    const Eigen::Matrix3f &turn() const { return turn_; }
-    /// By how much the pixel at which a point with depth z is seen moves with the surface's pixel.
-    /// `seen`: where it is seen, and its depth there.
-    Eigen::Matrix2f jacobian(const Eigen::Vector3f &seen, float z) const;
-
-private:
     Eigen::Matrix3f turn_;      ///< takes homogeneous pixels of the surface to those of the view
     Eigen::Matrix3f turn_skew_; ///< is added to it from the middle row to the last, twice
     Eigen::Vector3f shift_;
     RowMotion motion_;
     float rows_;
+    float middle_column_; ///< of the view
     bool skewed_;
 };
 

@@ -3,13 +3,12 @@
 
 #include "core/keyframe/surface_point.hpp"
 
-#include <Eigen/LU>
-
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
 #include <cstdlib>
+#include <numbers>
 
 namespace afterglow {
 namespace {
@@ -20,6 +19,9 @@ constexpr float alike_depths = 1.15f;
 /// Points that are displaced by no more than this against each other hide nothing of each other,
 /// pixels.
 constexpr float alike_displacement_px = 1.0f;
+/// Where they are displaced by no more than this against each other a short search finds the one
+/// that is seen, pixels.
+constexpr float searched_displacement_px = 12.0f;
 /// A tile's pixels show their points if they are no farther from them, pixels.
 constexpr float place_tolerance_px = 0.5f;
 /// How far a corner's point on the surface may be seen from the corner, pixels.
@@ -55,9 +57,11 @@ constexpr float centre(int piece) {
 
 } // namespace
 
-TileMapping::TileMapping(const Intrinsics &from, const Intrinsics &to, int least_edge_distance_px,
-                         WorkerPool &pool)
-    : from_(from), to_(to), least_edge_distance_(std::max(least_edge_distance_px, beside_edge)),
+TileMapping::TileMapping(const Intrinsics &from, const Intrinsics &to,
+                         const TileMappingOptions &options, WorkerPool &pool)
+    : from_(from), to_(to),
+      least_edge_distance_(std::max(options.least_edge_distance_px, beside_edge)),
+      most_displacement_px_(options.search ? searched_displacement_px : alike_displacement_px),
       pool_(pool),
       shares_(pool, {Image<Tile>(whole_tiles(to.width, tile_px), whole_tiles(to.height, tile_px)),
                      std::vector<TileRange>(static_cast<std::size_t>(
@@ -65,14 +69,25 @@ TileMapping::TileMapping(const Intrinsics &from, const Intrinsics &to, int least
       landing_ranges_(whole_tiles(from.width, SurfacePieces::piece_px),
                       whole_tiles(from.height, SurfacePieces::piece_px)),
       landing_(landing_ranges_.width(), landing_ranges_.height()),
+      landing_rows_(static_cast<std::size_t>(landing_.height())),
+      mixed_rows_(static_cast<std::size_t>(rows())), rays_(columns() + 1, rows() + 1),
       corners_(columns() + 1, rows() + 1), mapped_(columns(), rows()) {}
 
 void TileMapping::find(const DepthSurface &surface, const SurfaceProjection &projection,
                        const DepthCorrection &correction, float margin_px) {
     const Mapping by = {surface, projection, correction};
+    find_rays(projection);
     put_on_tiles(by, margin_px);
     map_tiles(by);
     find_landing();
+}
+
+void TileMapping::find_rays(const SurfaceProjection &projection) {
+    pool_.run(rays_.height(), [&](int y) {
+        const ViewRow row = projection.view_row(static_cast<float>(y * tile_px));
+        for (int x = 0; x < rays_.width(); ++x)
+            rays_(x, y) = row.at(static_cast<float>(x * tile_px));
+    });
 }
 
 /// Tells each tile what is seen on it.
@@ -93,7 +108,7 @@ void TileMapping::put_on_tiles(const Mapping &by, float margin_px) {
                 add(other.tiles(x, y), tiles()(x, y));
         });
         for (int x = 0; x < columns(); ++x)
-            find_content(x, y, by);
+            find_content(x, y);
     });
 }
 
@@ -148,18 +163,21 @@ void TileMapping::add(const Tile &other, Tile &tile) {
 }
 
 /// Tells what may be seen on a tile, if it can be mapped.
-void TileMapping::find_content(int x, int y, const Mapping &by) {
+void TileMapping::find_content(int x, int y) {
     Tile &tile = tiles()(x, y);
     if (tile.farthest == 0)
         return;
-    const float u = centre(column_of(tile.nearest)), v = centre(row_of(tile.nearest));
-    const Eigen::Vector3f nearest = by.projection(u, v, depth_of(tile.nearest));
-    const Eigen::Vector3f farthest = by.projection(u, v, depth_of(tile.farthest));
-    tile.displaced_alike = (farthest - nearest).head<2>().squaredNorm() <
-                           alike_displacement_px * alike_displacement_px;
+    const float near = depth_of(tile.nearest), far = depth_of(tile.farthest);
+    const ViewRay &first = rays_(x, y), &last = rays_(x + 1, y + 1);
+    // Parallax and the tile's diagonal, both on the surface.
+    const float parallax = (1 / near - 1 / far) * first.parallax.norm();
+    const float diagonal = (last.place(near) - first.place(near)).norm();
+    constexpr float diagonal_px = std::numbers::sqrt2_v<float> * tile_px;
+    tile.parallax_px = parallax * diagonal_px / diagonal;
     const bool in_view = (x + 1) * tile_px <= to_.width && (y + 1) * tile_px <= to_.height;
-    tile.content = in_view && (tile.displaced_alike || one_surface(tile)) ? TileContent::mapped
-                                                                          : TileContent::mixed;
+    tile.content = in_view && (tile.parallax_px < most_displacement_px_ || one_surface(tile))
+                       ? TileContent::mapped
+                       : TileContent::mixed;
 }
 
 bool TileMapping::one_surface(const Tile &tile) const {
@@ -174,12 +192,15 @@ void TileMapping::map_tiles(const Mapping &by) {
             corners_(x, y) = find_shared_corner(x, y, by);
     });
     pool_.run(rows(), [&](int y) {
+        bool mixed = false;
         for (int x = 0; x < columns(); ++x) {
             Tile &tile = tiles()(x, y);
             if (tile.content == TileContent::mapped && !map_surface(x, y, by) &&
-                !map_alike(x, y, by))
+                !map_by_parallax(x, y, by))
                 tile.content = TileContent::mixed;
+            mixed = mixed || tile.content == TileContent::mixed;
         }
+        mixed_rows_[static_cast<std::size_t>(y)] = mixed;
     });
 }
 
@@ -193,71 +214,86 @@ bool TileMapping::map_surface(int x, int y, const Mapping &by) {
     MappedTile &mapped = mapped_(x, y);
     mapped = {};
     std::ranges::copy(std::array{*a, *b, *c, *e}, mapped.corners);
-    mapped.in_picture = in_picture(*a) && in_picture(*b) && in_picture(*c) && in_picture(*e);
+    for (const MappedCorner &corner : mapped.corners)
+        mapped.in_picture = mapped.in_picture && in_picture({corner.u, corner.v});
     const bool whole = tile.holes == 0 && mapped.in_picture;
     mapped.even = whole && tile.least_edge_distance >= far_from_edge;
-    return whole || shows_its_points(x, y, by);
+    return whole || shows_its_points(x, y, by.surface);
 }
 
-/// By corners of its own, at the mean of the nearest and the farthest point's inverse depths, if
-/// points are displaced alike.
-bool TileMapping::map_alike(int x, int y, const Mapping &by) {
+/// By corners of its own, if points are displaced by few pixels: at the mean of the nearest and the
+/// farthest point's inverse depths, or, if the tile is searched, at the nearest.
+bool TileMapping::map_by_parallax(int x, int y, const Mapping &by) {
     const Tile &tile = tiles()(x, y);
-    if (!tile.displaced_alike)
+    if (!(tile.parallax_px < most_displacement_px_))
         return false;
     const float near = depth_of(tile.nearest), far = depth_of(tile.farthest);
-    const float z = 2 * near * far / (near + far);
     MappedTile &mapped = mapped_(x, y);
     mapped = {};
     mapped.one_surface = false;
+    mapped.searched = tile.parallax_px >= alike_displacement_px;
+    const float z = mapped.searched ? near : 2 * near * far / (near + far);
     mapped.inverse_depth = 1 / z;
-    if (far > near) {
-        const float u = centre(column_of(tile.nearest)), v = centre(row_of(tile.nearest));
-        const Eigen::Vector3f seen = by.projection(u, v, near);
-        const Eigen::Vector3f displaced = seen - by.projection(u, v, far);
-        const Eigen::Vector2f parallax = by.projection.jacobian(seen, near).inverse() *
-                                         displaced.head<2>() / (1 / near - 1 / far);
-        mapped.parallax_u = parallax.x();
-        mapped.parallax_v = parallax.y();
-    }
+    mapped.farthest_inverse_depth = 1 / far;
+    const Eigen::Vector2f parallax =
+        0.5f * (rays_(x, y).parallax + rays_(x + 1, y + 1).parallax); // in the middle
+    mapped.parallax_u = -parallax.x();
+    mapped.parallax_v = -parallax.y();
     for (int i = 0; i < 4; ++i) {
-        const auto corner = find_corner(x + i % 2, y + i / 2, tile, by,
-                                        [z](const Eigen::Vector2f & /*place*/) { return z; });
+        const auto corner = corner_at(x + i % 2, y + i / 2, z, by);
         if (!corner)
             return false;
         mapped.corners[i] = *corner;
-        mapped.in_picture = mapped.in_picture && in_picture(*corner);
+        mapped.in_picture = mapped.in_picture && in_picture({corner->u, corner->v});
     }
     return true;
 }
 
 /// Whether what is between a tile's corners is seen where it is drawn.
-bool TileMapping::shows_its_points(int x, int y, const Mapping &by) const {
-    constexpr int across = 4, step = tile_px / across;
-    const ImageView<const float> depths = by.surface.z();
-    const MappedTile &tile = mapped_(x, y);
-    const auto place = [&](int i) -> Eigen::Vector2f {
-        return {tile.corners[i].u, tile.corners[i].v};
+bool TileMapping::shows_its_points(int x, int y, const DepthSurface &surface) const {
+    constexpr int across = 4;
+    constexpr float step = 1.0f / across;
+    const ImageView<const float> depths = surface.z();
+    const auto &corners = mapped_(x, y).corners;
+    // Of each corner: the place on the surface, the parallax, and what that is at its depth.
+    using Values = Eigen::Array<float, 6, 1>;
+    const auto at_corner = [&](int i, int j) {
+        const MappedCorner &corner = corners[2 * j + i];
+        const Eigen::Vector2f &parallax = rays_(x + i, y + j).parallax;
+        Values values;
+        values << corner.u, corner.v, parallax, parallax / corner.z;
+        return values;
     };
-    const Eigen::Vector2f first(static_cast<float>(x * tile_px), static_cast<float>(y * tile_px));
-    for (int j = 0; j < across; ++j)
+    const Values a = at_corner(0, 0), b = at_corner(1, 0), c = at_corner(0, 1), e = at_corner(1, 1);
+    const float tolerance_px = place_tolerance_px / tile_px * (e - a).head<2>().matrix().norm() /
+                               std::numbers::sqrt2_v<float>; // on the surface
+    const auto least = [&](auto depth) {
+        return std::min({depth(0), depth(1), depth(2), depth(3)});
+    };
+    const Tile &tile = tiles()(x, y);
+    const float near = std::min(depth_of(tile.nearest), least([&](int i) { return corners[i].z; }));
+    const float far =
+        std::max(depth_of(tile.farthest), -least([&](int i) { return -corners[i].z; }));
+    if ((1 / near - 1 / far) * rays_(x, y).parallax.norm() < tolerance_px)
+        return true;
+    for (int j = 0; j < across; ++j) {
+        const float down = (static_cast<float>(j) + 0.5f) * step;
+        const Values left = a + down * (c - a), right = b + down * (e - b);
+        const Values to_next = step * (right - left);
+        Values at = left - 0.5f * to_next;
         for (int i = 0; i < across; ++i) {
-            const Eigen::Vector2f at{(static_cast<float>(i) + 0.5f) * step,
-                                     (static_cast<float>(j) + 0.5f) * step};
-            const Eigen::Vector2f share = at / tile_px;
-            const Eigen::Vector2f above = place(0) + share.x() * (place(1) - place(0));
-            const Eigen::Vector2f below = place(2) + share.x() * (place(3) - place(2));
-            const Eigen::Vector2f on_surface = above + share.y() * (below - above);
-            const int u = static_cast<int>(std::lround(on_surface.x()));
-            const int v = static_cast<int>(std::lround(on_surface.y()));
+            at += to_next;
+            if (!(at[0] > -0.5f && at[1] > -0.5f))
+                continue;
+            const int u = static_cast<int>(at[0] + 0.5f), v = static_cast<int>(at[1] + 0.5f);
             if (!depths.contains(u, v) || depths(u, v) == 0.0f)
                 continue;
-            const Eigen::Vector3f seen =
-                by.projection(on_surface.x(), on_surface.y(), depths(u, v));
-            if ((seen.head<2>() - first - at).squaredNorm() >
-                place_tolerance_px * place_tolerance_px)
+            const float inverse = 1 / depths(u, v);
+            const float off_u = inverse * at[2] - at[4], off_v = inverse * at[3] - at[5];
+            if (off_u * off_u + off_v * off_v > tolerance_px * tolerance_px)
                 return false;
         }
+    }
     return true;
 }
 
@@ -277,59 +313,45 @@ const TileMapping::Tile *TileMapping::tile_at_corner(int x, int y) const {
     return found;
 }
 
-/// By the depths that the surface has there.
+/// By the depths that the surface has there: from the tile's nearest point on, the place is looked
+/// up by the depth that the last one has. It may be outside of the surface's picture.
 std::optional<MappedCorner> TileMapping::find_shared_corner(int x, int y, const Mapping &by) const {
     constexpr int lookups = 3; // noise of single readings must not keep the corner from an end
     const Tile *const tile = tile_at_corner(x, y);
     if (!tile)
         return std::nullopt;
+    const ViewRay &ray = rays_(x, y);
     float z = 0;
-    int left = lookups;
-    return find_corner(x, y, *tile, by, [&](const Eigen::Vector2f &place) {
-        if (left > 0)
-            z = depth_near(place, by.surface);
-        --left;
-        return z;
-    });
-}
-
-/// The point of the surface that is seen at a corner: from the middle of the tile's nearest piece,
-/// the place on the surface is corrected by how far from the corner it is seen. It may be outside
-/// of the surface's picture.
-template <class DepthAt>
-std::optional<MappedCorner> TileMapping::find_corner(int x, int y, const Tile &tile,
-                                                     const Mapping &by,
-                                                     const DepthAt &depth_at) const {
-    constexpr int steps = 6;
-    const SurfaceOptions &options = by.surface.options();
-    const Eigen::Vector2f at{static_cast<float>(x * tile_px), static_cast<float>(y * tile_px)};
-    const Eigen::Vector2f middle{centre(column_of(tile.nearest)), centre(row_of(tile.nearest))};
-    Eigen::Vector2f place =
-        at + middle - by.projection(middle.x(), middle.y(), depth_of(tile.nearest)).head<2>();
-    for (int i = 0; i < steps; ++i) {
-        const float z = depth_at(place);
+    Eigen::Vector2f place = ray.place(depth_of(tile->nearest));
+    for (int i = 0; i < lookups; ++i) {
+        z = depth_near(place, by.surface);
         if (z == 0.0f)
             return std::nullopt;
-        const Eigen::Vector3f seen = by.projection(place.x(), place.y(), z);
-        const Eigen::Vector2f off = at - seen.head<2>();
-        if (off.squaredNorm() < corner_tolerance_px * corner_tolerance_px) {
-            if (seen.z() < options.nearest_m || seen.z() > options.farthest_m)
-                return std::nullopt;
-            const auto line = by.projection.line(place.x(), place.y(), at.y());
-            const float units =
-                1000.0f / by.correction.scale(static_cast<float>((x * tile_px - to_.cx) / to_.fx),
-                                              static_cast<float>((y * tile_px - to_.cy) / to_.fy));
-            return MappedCorner{place.x(), place.y(), z, units * line.ray.z(),
-                                units * line.shift.z()};
-        }
-        place += by.projection.jacobian(seen, z).inverse() * off;
+        const Eigen::Vector2f before = place;
+        place = ray.place(z);
+        if ((place - before).squaredNorm() < corner_tolerance_px * corner_tolerance_px)
+            break;
     }
-    return std::nullopt;
+    return corner_at(x, y, z, by);
 }
 
-bool TileMapping::in_picture(const MappedCorner &corner) const {
-    return corner.u >= 0 && corner.v >= 0 && corner.u <= static_cast<float>(from_.width - 1) &&
-           corner.v <= static_cast<float>(from_.height - 1);
+/// The point of the surface that is seen at a corner, if its depth is z.
+std::optional<MappedCorner> TileMapping::corner_at(int x, int y, float z, const Mapping &by) const {
+    const SurfaceOptions &options = by.surface.options();
+    const ViewRay &ray = rays_(x, y);
+    const float depth = ray.depth(z);
+    if (!(depth >= options.nearest_m && depth <= options.farthest_m))
+        return std::nullopt;
+    const float units =
+        1000.0f / by.correction.scale(static_cast<float>((x * tile_px - to_.cx) / to_.fx),
+                                      static_cast<float>((y * tile_px - to_.cy) / to_.fy));
+    const Eigen::Vector2f place = ray.place(z);
+    return MappedCorner{place.x(), place.y(), z, units * ray.scale, units * ray.shift};
+}
+
+bool TileMapping::in_picture(const Eigen::Vector2f &place) const {
+    return place.x() >= 0 && place.y() >= 0 && place.x() <= static_cast<float>(from_.width - 1) &&
+           place.y() <= static_cast<float>(from_.height - 1);
 }
 
 /// The depth at a place on the surface or, if that is a hole or outside, of one of the nearest
@@ -360,14 +382,24 @@ float TileMapping::depth_near(const Eigen::Vector2f &place, const DepthSurface &
 void TileMapping::find_landing() {
     const auto mixed_in = [&](const TileRange &range) {
         for (int y = range.top; y <= range.bottom; ++y)
-            for (int x = range.left; x <= range.right; ++x)
+            for (int x = range.left; mixed_row(y) && x <= range.right; ++x)
                 if (content(x, y) == TileContent::mixed)
                     return true;
         return false;
     };
-    pool_.run_strips(landing_.height(), [&](int first, int end) {
-        std::transform(landing_ranges_.row(first), landing_ranges_.row(end), landing_.row(first),
-                       mixed_in);
+    if (!any_mixed()) {
+        std::ranges::fill(landing_rows_, std::uint8_t{0});
+        return;
+    }
+    pool_.run(landing_.height(), [&](int y) {
+        std::uint8_t any = 0;
+        std::transform(landing_ranges_.row(y), landing_ranges_.row(y) + landing_.width(),
+                       landing_.row(y), [&](const TileRange &range) {
+                           const bool lands = mixed_in(range);
+                           any |= static_cast<std::uint8_t>(lands);
+                           return lands;
+                       });
+        landing_rows_[static_cast<std::size_t>(y)] = any;
     });
 }
 

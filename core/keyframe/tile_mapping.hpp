@@ -25,10 +25,19 @@ enum class TileContent : std::uint8_t {
     mixed,   ///< anything else
 };
 
+struct TileMappingOptions {
+    /// A part of the surface in which a point is nearer to a depth edge than this, or on an edge,
+    /// is not without edges.
+    int least_edge_distance_px = 2;
+    /// Tiles on which few pixels of parallax hide something are mapped, too; points on the edges
+    /// that hide something are then as any other.
+    bool search = true;
+};
+
 /// Which tiles of a view show points of a surface in the order in which they are on the surface,
 /// and where the tiles' pixels are there: those need no projection of single points. Such a tile
-/// shows either one part of the surface without edges, maybe with holes, or points that are
-/// displaced alike whatever their depths.
+/// shows either one part of the surface without edges, maybe with holes, or points that parallax
+/// displaces by few pixels against each other.
 ///
 /// The view is parted into tiles, the surface into pieces (SurfacePieces).
 ///
@@ -37,9 +46,7 @@ class TileMapping {
 public:
     static constexpr int tile_px = mapped_tile_px;
 
-    /// A part of the surface in which a point is nearer to a depth edge than
-    /// `least_edge_distance_px`, or on an edge, is not without edges.
-    TileMapping(const Intrinsics &from, const Intrinsics &to, int least_edge_distance_px,
+    TileMapping(const Intrinsics &from, const Intrinsics &to, const TileMappingOptions &options,
                 WorkerPool &pool);
 
     /// `correction`: of the readings that corners tell; `margin_px`: what mixed tiles need to know
@@ -52,10 +59,13 @@ public:
     TileContent content(int x, int y) const { return tiles()(x, y).content; }
     /// Of a mapped tile.
     const MappedTile &mapped(int x, int y) const { return mapped_(x, y); }
+    bool any_mixed() const { return std::ranges::count(mixed_rows_, 1) > 0; }
     /// Calls visit(begin, end) for each run of pixels of the view's row v that are in mixed tiles.
     template <class Visit>
     void for_each_mixed_run(int v, const Visit &visit) const {
         const int y = v / tile_px;
+        if (!mixed_row(y))
+            return;
         for (int x = 0; x < columns(); ++x) {
             if (content(x, y) != TileContent::mixed)
                 continue;
@@ -69,6 +79,8 @@ public:
     template <class Visit>
     void for_each_landing_run(int v, const Visit &visit) const {
         constexpr int size = SurfacePieces::piece_px;
+        if (landing_rows_[static_cast<std::size_t>(v / size)] == 0)
+            return;
         const std::uint8_t *landing = landing_.row(v / size);
         for (int x = 0; x < landing_.width(); ++x) {
             if (!landing[x])
@@ -88,7 +100,7 @@ private:
         std::uint8_t least_edge_distance = 255;
         std::uint8_t holes = 0; ///< has_holes of a piece
         TileContent content = TileContent::nothing;
-        bool displaced_alike = false;
+        float parallax_px = 0; ///< between its nearest and its farthest point
     };
     /// What some rows of pieces are seen on.
     struct Share {
@@ -102,34 +114,37 @@ private:
         const DepthCorrection &correction;
     };
 
+    bool mixed_row(int y) const { return mixed_rows_[static_cast<std::size_t>(y)] != 0; }
     Image<Tile> &tiles() { return shares_.first().tiles; }
     const Image<Tile> &tiles() const { return shares_.first().tiles; }
     void put_on_tiles(const Mapping &by, float margin_px);
     void find_ranges(const Mapping &by, float margin_px, int row, std::span<TileRange> ranges);
     void put_row_on_tiles(const SurfacePieces &pieces, int row, Share &share) const;
     static void add(const Tile &other, Tile &tile);
-    void find_content(int x, int y, const Mapping &by);
+    void find_rays(const SurfaceProjection &projection);
+    void find_content(int x, int y);
     bool one_surface(const Tile &tile) const;
     void map_tiles(const Mapping &by);
     bool map_surface(int x, int y, const Mapping &by);
-    bool map_alike(int x, int y, const Mapping &by);
-    bool shows_its_points(int x, int y, const Mapping &by) const;
+    bool map_by_parallax(int x, int y, const Mapping &by);
+    bool shows_its_points(int x, int y, const DepthSurface &surface) const;
     const Tile *tile_at_corner(int x, int y) const;
     std::optional<MappedCorner> find_shared_corner(int x, int y, const Mapping &by) const;
-    template <class DepthAt>
-    std::optional<MappedCorner> find_corner(int x, int y, const Tile &tile, const Mapping &by,
-                                            const DepthAt &depth_at) const;
-    bool in_picture(const MappedCorner &corner) const;
+    std::optional<MappedCorner> corner_at(int x, int y, float z, const Mapping &by) const;
+    bool in_picture(const Eigen::Vector2f &place) const;
     float depth_near(const Eigen::Vector2f &place, const DepthSurface &surface) const;
     void find_landing();
 
     Intrinsics from_, to_;
     int least_edge_distance_;
+    float most_displacement_px_; ///< of points of a mapped tile against each other
     WorkerPool &pool_;
     WorkerShares<Share> shares_;      ///< in the end all is in the first
     Image<TileRange> landing_ranges_; ///< on which each piece may be seen, with a margin
     Image<std::uint8_t> landing_;     ///< by piece: whether it is seen in, or around, mixed tiles
-    Image<std::optional<MappedCorner>> corners_; ///< of tiles that may show one surface
+    std::vector<std::uint8_t> landing_rows_, mixed_rows_; ///< which have such pieces, tiles
+    Image<ViewRay> rays_;                                 ///< of the corners of tiles
+    Image<std::optional<MappedCorner>> corners_;          ///< of tiles that may show one surface
     Image<MappedTile> mapped_;
 };
 

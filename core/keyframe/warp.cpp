@@ -29,7 +29,7 @@ void keep_nearest(std::span<const int> offsets, const WarpedPixel *values, Warpe
 Warp::Warp(const Intrinsics &from, const Intrinsics &to, const WarpOptions &options,
            WorkerPool &pool)
     : from_(from), to_(to), options_(options), pool_(pool),
-      tiles_(from, to, options.least_edge_distance_px, pool),
+      tiles_(from, to, {options.least_edge_distance_px, !options.edges_hide}, pool),
       nearest_(pool, Image<WarpedPixel>(to.width + 2 * margin, to.height + 2 * margin)) {}
 
 ImageView<const WarpedPixel> Warp::landed() const {
@@ -45,7 +45,8 @@ int Warp::run(const DepthSurface &surface, const Pose &pose, ImageView<std::uint
     const SurfaceProjection projection(from_, to_, pose, shutter);
     tiles_.find(surface, projection, correction,
                 static_cast<float>(surface.options().crack_px + 1));
-    scatter(surface, projection);
+    if (tiles_.any_mixed())
+        scatter(surface, projection);
     std::atomic<int> drawn = 0;
     pool_.run(tiles_.rows(), [&](int y) {
         drawn.fetch_add(draw_tiles({surface, correction, depth, edge_distance}, y),

@@ -231,7 +231,7 @@ void tile_ranges(const PieceRow &pieces, const PieceProjection &projection,
                                hn::Lt(order(d, at.depth), order(d, set(beyond_all))));
             const auto inverse = hn::Div(set(1.0f), at.depth);
             const auto x = hn::Mul(at.across, inverse), y = hn::Mul(at.down, inverse);
-            // As SurfaceProjection::jacobian().
+            // The derivative of a point's place in the view by its pixel, times half the size.
             const auto half = hn::Mul(set(0.5f * in.size), hn::Mul(z, inverse));
             const auto extent = [&](V place, int k) HWY_ATTR {
                 const auto along = [&](int j) HWY_ATTR {

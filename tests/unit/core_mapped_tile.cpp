@@ -149,6 +149,87 @@ TEST_CASE("a mapped tile of the view shows the nearest points of the surface, mo
     }
 }
 
+TEST_CASE("a mapped tile whose points are searched for shows those that are seen there") {
+    AFTERGLOW_ON_EACH_INSTRUCTION_SET();
+    std::mt19937 random(9);
+    std::uniform_real_distribution<float> some(-1.0f, 1.0f), slope(-0.02f, 0.02f);
+    int seen = 0, missed = 0;
+    for (int round = 0; round < 200; ++round) {
+        Image<float> surface(width, height); // two planes, one beside the other, with holes
+        const float by_u = slope(random), by_v = slope(random);
+        const int border = 20 + static_cast<int>(random() % 20);
+        for (int v = 0; v < height; ++v)
+            for (int u = 0; u < width; ++u)
+                surface(u, v) =
+                    random() % 19 == 0
+                        ? 0.0f
+                        : with_edge_distance((u < border ? 1.0f : 2.5f) +
+                                                 by_u * static_cast<float>(u) +
+                                                 by_v * static_cast<float>(v),
+                                             static_cast<std::uint8_t>(1 + random() % 7));
+        MappedTile tile;
+        tile.one_surface = false;
+        tile.searched = true;
+        tile.in_picture = round % 2 == 0;
+        tile.inverse_depth = 1.2f;
+        tile.farthest_inverse_depth = 0.3f;
+        tile.parallax_u = 7 * some(random);
+        tile.parallax_v = 4 * some(random);
+        const float left = tile.in_picture ? 20 : -5, top = tile.in_picture ? 16 : 45;
+        for (int i = 0; i < 4; ++i)
+            tile.corners[i] = {left + size * static_cast<float>(i & 1) + 3 * some(random),
+                               top + size * static_cast<float>(i >> 1) + 3 * some(random),
+                               1 / tile.inverse_depth, 1000.0f + 100.0f * some(random),
+                               100.0f * some(random)};
+        const int least_edge_distance = 1 + round % 3;
+        const DrawnTile drawn(tile, surface, least_edge_distance);
+        const Eigen::Vector2f parallax(tile.parallax_u, tile.parallax_v);
+        int there = 0;
+        for (int y = 0; y < size; ++y)
+            for (int x = 0; x < size; ++x) {
+                there += drawn.edge(x, y) != 0;
+                const Eigen::Vector2f first(between(tile, &MappedCorner::u, x, y),
+                                            between(tile, &MappedCorner::v, x, y));
+                Eigen::Vector2f place = first;
+                float inverse = tile.inverse_depth;
+                bool uncertain = halfway(place.x(), place.y());
+                for (int step = 0; step < 2; ++step) {
+                    const int u = std::clamp(static_cast<int>(place.x() + 0.5f), 0, width - 1);
+                    const int v = std::clamp(static_cast<int>(place.y() + 0.5f), 0, height - 1);
+                    inverse = surface(u, v) == 0 ? tile.farthest_inverse_depth : 1 / surface(u, v);
+                    place = first - (inverse - tile.inverse_depth) * parallax;
+                    uncertain = uncertain || halfway(place.x(), place.y());
+                }
+                const int nu = static_cast<int>(std::floor(place.x() + 0.5f));
+                const int nv = static_cast<int>(std::floor(place.y() + 0.5f));
+                const bool beyond = !surface.view().contains(nu, nv);
+                if (uncertain || (beyond && (nu == -1 || nv == -1)))
+                    continue;
+                const float point = beyond ? 0 : surface(nu, nv);
+                const Eigen::Vector2f moved = (1 / point - inverse) * parallax;
+                const float off_px = moved.lpNorm<1>();
+                CAPTURE(round, x, y, place.x(), place.y(), off_px);
+                if (std::abs(off_px - 3) < 0.01f)
+                    continue;
+                if (!(off_px < 3) || edge_distance_of(point) < least_edge_distance) {
+                    missed += point != 0 && !(off_px < 3);
+                    REQUIRE((drawn.reading(x, y) == 0 && drawn.edge(x, y) == 0));
+                    continue;
+                }
+                ++seen;
+                const float depth = depth_between(surface, place.x(), place.y(), point, moved);
+                const float reading = depth * between(tile, &MappedCorner::scale, x, y) +
+                                      between(tile, &MappedCorner::shift, x, y);
+                REQUIRE(std::abs(static_cast<float>(drawn.reading(x, y)) - reading) < 0.51f);
+                REQUIRE(drawn.edge(x, y) == edge_distance_of(point));
+            }
+        REQUIRE(drawn.found == there);
+        REQUIRE(drawn.nothing_beside());
+    }
+    CHECK(seen > 10000);
+    CHECK(missed > 100);
+}
+
 TEST_CASE("of a tile of an even surface every fourth pixel is looked up, unless one is a hole or "
           "near an edge") {
     AFTERGLOW_ON_EACH_INSTRUCTION_SET();

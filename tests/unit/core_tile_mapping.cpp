@@ -23,9 +23,9 @@ DepthSurface surface_of(const DepthMap &map) {
 struct Contents {
     int nothing = 0, mapped = 0, mixed = 0;
 };
-Contents contents(const DepthSurface &surface, const Pose &pose) {
+Contents contents(const DepthSurface &surface, const Pose &pose, bool search = true) {
     WorkerPool alone(1);
-    TileMapping tiles(camera, camera, 2, alone);
+    TileMapping tiles(camera, camera, {2, search}, alone);
     tiles.find(surface, SurfaceProjection(camera, camera, pose, {}), {}, 1);
     Contents found;
     for (int y = 0; y < tiles.rows(); ++y)
@@ -59,13 +59,13 @@ TEST_CASE("the tiles of a wall straight ahead are mapped alike whichever worker 
     const DepthSurface surface = surface_of(DepthMap(camera.width, camera.height, 2000));
     const SurfaceProjection projection(camera, camera,
                                        {rotation({0.02, 0.1, 0.05}), {0.1, -0.05, -0.2}}, {});
-    TileMapping one(camera, camera, 2, alone);
+    TileMapping one(camera, camera, {2, true}, alone);
     one.find(surface, projection, {}, 1);
     const std::vector<float> expected = corners(one);
     REQUIRE(expected.size() > 1000);
     for (const int workers : {2, 5}) {
         WorkerPool pool(workers);
-        TileMapping several(camera, camera, 2, pool);
+        TileMapping several(camera, camera, {2, true}, pool);
         for (int i = 0; i < 200; ++i) {
             several.find(surface, projection, {}, 1);
             REQUIRE(corners(several) == expected);
@@ -73,7 +73,9 @@ TEST_CASE("the tiles of a wall straight ahead are mapped alike whichever worker 
     }
 }
 
-TEST_CASE("tiles whose points hide nothing of each other are mapped", "[core]") {
+TEST_CASE(
+    "tiles whose points hide nothing of each other, or are displaced by few pixels, are mapped",
+    "[core]") {
     constexpr int all = 320 / TileMapping::tile_px * (240 / TileMapping::tile_px);
     const auto shifted = [](double x) { return Pose{Eigen::Matrix3d::Identity(), {x, 0, 0}}; };
     DepthMap wall(camera.width, camera.height, 2000);
@@ -89,14 +91,16 @@ TEST_CASE("tiles whose points hide nothing of each other are mapped", "[core]") 
                     wall(u, v) = 0;
         CHECK(contents(surface_of(wall), shifted(0.2)).mapped == 19 * 15);
     }
-    SECTION("a plate before a wall, only where it hides something") {
+    SECTION("a plate before a wall, unless it hides what is many pixels beside it") {
         for (int v = 80; v < 160; ++v)
             for (int u = 100; u < 200; ++u)
                 wall(u, v) = 1000;
         const DepthSurface surface = surface_of(wall);
         CHECK(contents(surface, shifted(0)).mapped == all);
-        CHECK(contents(surface, shifted(0.006)).mapped == all); // 0.9 pixels of parallax
-        const Contents far = contents(surface, shifted(0.1));   // 15 pixels
+        CHECK(contents(surface, shifted(0.006)).mapped == all);    // 0.9 pixels of parallax
+        CHECK(contents(surface, shifted(0.07)).mapped > all - 15); // 10.5 pixels
+        CHECK(contents(surface, shifted(0.07), false).mixed > 20);
+        const Contents far = contents(surface, shifted(0.1)); // 15 pixels
         CHECK(far.mixed > 20);
         CHECK(far.mixed < 60);
         CHECK(far.mapped > all - 80);
@@ -106,7 +110,7 @@ TEST_CASE("tiles whose points hide nothing of each other are mapped", "[core]") 
             for (int u = 0; u < camera.width; ++u)
                 wall(u, v) = u < 152 ? 2000 : u < 168 ? 0 : 2200;
         // Where both are seen the corners put one of them beside its place.
-        const Contents found = contents(surface_of(wall), shifted(0.4));
+        const Contents found = contents(surface_of(wall), shifted(0.4), false);
         CHECK(found.mixed >= 8);
     }
 }

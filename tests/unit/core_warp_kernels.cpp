@@ -117,7 +117,11 @@ TEST_CASE("pieces of a surface are looked for on the tiles of the view that show
                     continue;
                 ++in_front;
                 // A pixel of the view at a corner of the piece is on one of its tiles.
-                const Eigen::Matrix2f J = projection.jacobian(middle, z);
+                // By how much a point moves in the view with its pixel on the surface.
+                const Eigen::Matrix3f &turn = projection.turn();
+                const Eigen::Matrix2f J =
+                    z / middle.z() *
+                    (turn.topLeftCorner<2, 2>() - middle.head<2>() * turn.row(2).head<2>());
                 for (const float du : {-0.5f * px, 0.0f, 0.5f * px})
                     for (const float dv : {-0.5f * px, 0.0f, 0.5f * px}) {
                         const Eigen::Vector2f at = middle.head<2>() + J * Eigen::Vector2f(du, dv);
