@@ -12,8 +12,8 @@ constexpr float enough_coverage = 0.98f;
 constexpr float least_fill = 0.05f;
 
 /// Two measured maps at the pose that depth itself tells differ by more than a map just measured
-/// and the next image: time has passed. Mean of the ratio over recordings (docs/estimation.md 7).
-constexpr double fresh_share = 0.85;
+/// and the next image, since time has passed: docs/estimation.md, section 7.
+constexpr double fresh_share = 0.7;
 /// Part of an error that carrying a map is taken to have added, at least.
 constexpr double least_carried = 0.25;
 

@@ -111,7 +111,8 @@ std::optional<double> KeyframePipeline::register_map() {
     } else if (!tracker_.alignment().good) {
         keyframes_.clear();
     }
-    return fit.good ? std::optional<double>(fit.relative_error) : std::nullopt;
+    // Maps that do not fit tell all the more of their errors.
+    return fit.relative_error > 0 ? std::optional<double>(fit.relative_error) : std::nullopt;
 }
 
 /// The next map begins a new world.

@@ -53,7 +53,8 @@ TEST_CASE("an OpenNI2 recording gives the recorded depth maps and reports its en
     lines.pop_back();
     // A machine too busy for its pace passes over some.
     REQUIRE(lines.size() >= 2);
-    CHECK(lines.size() <= recorded);
+    // It records in a thread of its own, and so maybe some more; a second round would be as many.
+    CHECK(lines.size() < 2 * recorded);
     for (const std::string &line : lines) {
         INFO(line);
         CHECK(line.starts_with("map "));
