@@ -39,13 +39,13 @@ public:
 
 private:
     friend class SurfaceProjection;
-    /// By y depth, a homogeneous pixel (column, row, 1) of the view becomes y (by_column column +
-    /// origin) - shift, a homogeneous pixel of the surface.
-    Eigen::Vector3f by_column, origin, shift;
-    /// How surface pixels turn from its first row to its last one, per row from `middle` on.
-    Eigen::Matrix3f turn_per_row;
-    float middle;
-    bool skewed;
+    /// By y depth, a homogeneous pixel (column, row, 1) of the view becomes y (by_column_ column +
+    /// origin_) - shift_, a homogeneous pixel of the surface.
+    Eigen::Vector3f by_column_, origin_, shift_;
+    /// How surface pixels turn from its first row to its last one, per row from `middle_` on.
+    Eigen::Matrix3f turn_per_row_;
+    float middle_;
+    bool skewed_;
 };
 
 /// Where a surface's points are seen in a view. Real-time safe.

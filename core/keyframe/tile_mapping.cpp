@@ -43,9 +43,6 @@ constexpr float depth_of(std::uint64_t piece) {
 constexpr float depth_of(std::uint32_t bits) {
     return std::bit_cast<float>(bits);
 }
-constexpr int row_of(std::uint64_t piece) {
-    return static_cast<int>(piece >> 16 & 0xffff);
-}
 constexpr int column_of(std::uint64_t piece) {
     return static_cast<int>(piece & 0xffff);
 }
