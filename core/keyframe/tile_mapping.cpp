@@ -43,9 +43,6 @@ constexpr float depth_of(std::uint64_t piece) {
 constexpr float depth_of(std::uint32_t bits) {
     return std::bit_cast<float>(bits);
 }
-constexpr int column_of(std::uint64_t piece) {
-    return static_cast<int>(piece & 0xffff);
-}
 
 /// The column, or row, in the middle of a piece.
 constexpr float centre(int piece) {
