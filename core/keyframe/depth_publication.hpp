@@ -32,7 +32,7 @@ public:
     /// `depth`, as the published camera sees it from `from_world`, was measured for the last image;
     /// what it lacks stays as estimated. `fresh`: the keyframe made of it; `calibration`: what it
     /// and those before tell of the cameras. `registered_error`: mean relative difference of it and
-    /// an earlier map, where depth itself tells the pose between the two.
+    /// an earlier map at the pose that depth tells best.
     const Estimate &measured(DepthView depth, const Keyframe &fresh, const Pose &from_world,
                              const CalibrationState &calibration,
                              std::optional<double> registered_error);

@@ -99,7 +99,7 @@ DepthCorrection KeyframePipeline::published_correction() const {
 
 /// Places the arriving map among the keyframes; where neither images nor geometry tell its place,
 /// the keyframes are forgotten. Returns the mean relative difference of the map and the reference,
-/// if they fit.
+/// if enough of both could be compared.
 std::optional<double> KeyframePipeline::register_map() {
     const Keyframe &reference = keyframes_[tracker_.reference()];
     const DepthFit fit = registration_.add(reference, arriving_, depth_now_, tracker_.alignment(),
