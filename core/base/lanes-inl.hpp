@@ -11,6 +11,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
@@ -73,6 +76,58 @@ template <class D, class V>
 template <class D>
 [[maybe_unused]] HWY_API auto ramp(D d, int first) {
     return hn::Add(hn::LoadU(d, whole_numbers.data()), hn::Set(d, static_cast<float>(first)));
+}
+
+/// from[index] of each lane.
+template <class D>
+[[maybe_unused]] HWY_API hn::Vec<D> gather(D d, const float *from,
+                                           hn::Vec<hn::RebindToSigned<D>> index) {
+#if HWY_ARCH_ARM_V7
+    // Highway goes through memory; two lanes at a time may be moved to and from the processor's
+    // own registers.
+    if constexpr (hn::MaxLanes(D()) == 4) {
+        const hn::Repartition<std::uint64_t, D> pairs;
+        const auto two = [&](std::uint64_t at) {
+            std::uint32_t first, second;
+            std::memcpy(&first, from + static_cast<std::int32_t>(at), sizeof first);
+            std::memcpy(&second, from + static_cast<std::int32_t>(at >> 32), sizeof second);
+            return hn::Set(hn::Half<decltype(pairs)>(), std::uint64_t{second} << 32 | first);
+        };
+        const auto places = hn::BitCast(pairs, index);
+        return hn::BitCast(d, hn::Combine(pairs, two(hn::ExtractLane(places, 1)),
+                                          two(hn::ExtractLane(places, 0))));
+    }
+#endif
+    return hn::GatherIndex(d, from, index);
+}
+
+/// Four neighbours in an image: at the left and right, then below.
+template <class V>
+struct Neighbours {
+    V a, b, c, e;
+};
+/// Those of which the first ones are at from[place] of each lane; rows are `stride` values apart.
+template <class D>
+[[maybe_unused]] HWY_API Neighbours<hn::Vec<D>>
+neighbours_at(D d, const float *from, std::ptrdiff_t stride, const std::int32_t *places) {
+    const float *const upper = from, *const lower = from + stride;
+#if HWY_TARGET != HWY_SCALAR // which has no pairs
+    // Such instruction sets load two at once, but look up one by one.
+    if constexpr (hn::MaxLanes(D()) == 4) {
+        const hn::Half<D> pair;
+        const auto two = [&](const float *row, int i) HWY_ATTR {
+            return hn::Combine(d, hn::LoadU(pair, row + places[i + 1]),
+                               hn::LoadU(pair, row + places[i]));
+        };
+        const auto above = two(upper, 0), above2 = two(upper, 2);
+        const auto below = two(lower, 0), below2 = two(lower, 2);
+        return {hn::ConcatEven(d, above2, above), hn::ConcatOdd(d, above2, above),
+                hn::ConcatEven(d, below2, below), hn::ConcatOdd(d, below2, below)};
+    }
+#endif
+    const auto at = hn::Load(hn::RebindToSigned<D>(), places);
+    return {hn::GatherIndex(d, upper, at), hn::GatherIndex(d, upper + 1, at),
+            hn::GatherIndex(d, lower, at), hn::GatherIndex(d, lower + 1, at)};
 }
 
 } // namespace

@@ -9,6 +9,13 @@ namespace afterglow {
 
 /// Side of the square tiles of a view, pixels.
 constexpr int mapped_tile_px = 16;
+/// Side of the square blocks of a tile, pixels.
+constexpr int mapped_block_px = 4;
+/// A block whose corners are no nearer to an edge than this has none inside, pixels.
+constexpr int edge_free_block = 3;
+/// Points that are displaced by no more than this against each other hide nothing of each other,
+/// pixels.
+constexpr float alike_displacement_px = 1.0f;
 
 /// What is seen at a corner of a tile: the pixel (u, v) of a surface, whose depth there is z,
 /// metres. A point that is seen at the corner with another depth z' reads scale z' + shift,
@@ -24,10 +31,9 @@ struct MappedTile {
     /// The corners and what is between them are on one surface. If not, the corners have the depth
     /// 1 / inverse_depth, and points of other depths are displaced by their parallax.
     bool one_surface = true;
-    /// All corners are in the surface's picture.
-    bool in_picture = true;
-    /// One surface, in the picture, without holes, and far from edges.
-    bool even = false;
+    /// Readings may be drawn between those at the corners of blocks: holes that are smaller than a
+    /// block are filled.
+    bool interpolated = true;
     /// If not one surface: 1/m, and pixels of the surface times metres. A point whose inverse depth
     /// is w more than that of the corners is seen where these put the pixel that is parallax w
     /// farther right and down.
@@ -43,8 +49,9 @@ struct MappedTile {
 /// surface at the pixel's place: if the corners are on one surface, the point's, moved along the
 /// slope between the corners; else bilinear between the four points around the place, if they are
 /// on one surface. A pixel whose point is searched for shows nothing if the last one found is not
-/// seen there: what is behind it was hidden. Of an even tile only every fourth pixel of every
-/// fourth row is looked up; readings are bilinear between them. Points nearer to an edge than
+/// seen there: what is behind it was hidden. The first pixels of blocks are looked up first: where
+/// the four at a block's corners are of one surface and not near edges, readings are bilinear
+/// between them, and the edge distance is their mean. Points nearer to an edge than
 /// `least_edge_distance` are left out. `z` has at least 2 rows and columns. The images begin at the
 /// tile's first pixel and have as many columns. Returns how many pixels have depth. Real-time safe.
 int draw_mapped(const MappedTile &tile, ImageView<const float> z, int least_edge_distance,

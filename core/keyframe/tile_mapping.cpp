@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstdlib>
 #include <numbers>
@@ -16,9 +15,6 @@ namespace {
 /// Points of one surface on a tile are alike in depth: the farthest by no more than this, relative
 /// to the nearest, is farther.
 constexpr float alike_depths = 1.15f;
-/// Points that are displaced by no more than this against each other hide nothing of each other,
-/// pixels.
-constexpr float alike_displacement_px = 1.0f;
 /// Where they are displaced by no more than this against each other a short search finds the one
 /// that is seen, pixels.
 constexpr float searched_displacement_px = 12.0f;
@@ -29,19 +25,6 @@ constexpr float corner_tolerance_px = 0.03f;
 
 constexpr int whole_tiles(int pixels, int size) {
     return (pixels + size - 1) / size;
-}
-
-/// A piece as a number that is the less the nearer it is, of equally near ones the earlier: the
-/// bits of its depth, which is not negative, its row and its column.
-constexpr std::uint64_t nearest_piece(float depth, int x, int y) {
-    return std::uint64_t{std::bit_cast<std::uint32_t>(depth)} << 32 |
-           static_cast<std::uint64_t>(y) << 16 | static_cast<std::uint64_t>(x);
-}
-constexpr float depth_of(std::uint64_t piece) {
-    return std::bit_cast<float>(static_cast<std::uint32_t>(piece >> 32));
-}
-constexpr float depth_of(std::uint32_t bits) {
-    return std::bit_cast<float>(bits);
 }
 
 /// The column, or row, in the middle of a piece.
@@ -99,7 +82,7 @@ void TileMapping::put_on_tiles(const Mapping &by, float margin_px) {
     pool_.run(rows(), [&](int y) {
         shares_.for_each_other([&](const Share &other) {
             for (int x = 0; x < columns(); ++x)
-                add(other.tiles(x, y), tiles()(x, y));
+                tiles()(x, y).seen.add(other.tiles(x, y).seen);
         });
         for (int x = 0; x < columns(); ++x)
             find_content(x, y);
@@ -126,42 +109,30 @@ void TileMapping::put_row_on_tiles(const SurfacePieces &pieces, int row, Share &
     const std::span ranges = share.ranges;
     const ImageView<Tile> tiles = share.tiles;
     const auto piece = [&](std::size_t x) {
-        Tile seen;
-        seen.nearest = nearest_piece(nearest[x], static_cast<int>(x), row);
-        seen.farthest = std::bit_cast<std::uint32_t>(farthest[x]);
-        seen.least_edge_distance = edges[x] & edge_distance_bits;
-        seen.holes = edges[x] & SurfacePieces::has_holes;
-        return seen;
+        return SeenPieces(nearest[x], farthest[x], edges[x] & edge_distance_bits,
+                          (edges[x] & SurfacePieces::has_holes) != 0);
     };
     for (std::size_t x = 0; x < ranges.size(); ++x) {
         const TileRange range = ranges[x];
         if (range.left > range.right || range.top > range.bottom)
             continue;
-        Tile seen = piece(x);
+        SeenPieces seen = piece(x);
         for (; x + 1 < ranges.size() && ranges[x + 1] == range; ++x) // on the same tiles
-            add(piece(x + 1), seen);
+            seen.add(piece(x + 1));
         for (int ty = range.top; ty <= range.bottom; ++ty) {
             Tile *const of_row = tiles.row(ty);
             for (int tx = range.left; tx <= range.right; ++tx)
-                add(seen, of_row[tx]);
+                of_row[tx].seen.add(seen);
         }
     }
-}
-
-/// More that is seen on a tile, in whatever order workers come to it.
-void TileMapping::add(const Tile &other, Tile &tile) {
-    tile.nearest = std::min(tile.nearest, other.nearest);
-    tile.farthest = std::max(tile.farthest, other.farthest);
-    tile.least_edge_distance = std::min(tile.least_edge_distance, other.least_edge_distance);
-    tile.holes |= other.holes;
 }
 
 /// Tells what may be seen on a tile, if it can be mapped.
 void TileMapping::find_content(int x, int y) {
     Tile &tile = tiles()(x, y);
-    if (tile.farthest == 0)
+    if (tile.seen.farthest() == 0)
         return;
-    const float near = depth_of(tile.nearest), far = depth_of(tile.farthest);
+    const float near = tile.seen.nearest(), far = tile.seen.farthest();
     const ViewRay &first = rays_(x, y), &last = rays_(x + 1, y + 1);
     // Parallax and the tile's diagonal, both on the surface.
     const float parallax = (1 / near - 1 / far) * first.parallax.norm();
@@ -175,8 +146,8 @@ void TileMapping::find_content(int x, int y) {
 }
 
 bool TileMapping::one_surface(const Tile &tile) const {
-    return tile.least_edge_distance >= least_edge_distance_ &&
-           depth_of(tile.farthest) <= alike_depths * depth_of(tile.nearest);
+    return tile.seen.least_edge_distance() >= least_edge_distance_ &&
+           tile.seen.farthest() <= alike_depths * tile.seen.nearest();
 }
 
 /// Tiles that would be mapped, but whose corners are not found, are mixed.
@@ -207,12 +178,11 @@ bool TileMapping::map_surface(int x, int y, const Mapping &by) {
         return false;
     MappedTile &mapped = mapped_(x, y);
     mapped = {};
+    mapped.interpolated = may_interpolate(tile, by.surface);
     std::ranges::copy(std::array{*a, *b, *c, *e}, mapped.corners);
-    for (const MappedCorner &corner : mapped.corners)
-        mapped.in_picture = mapped.in_picture && in_picture({corner.u, corner.v});
-    const bool whole = tile.holes == 0 && mapped.in_picture;
-    mapped.even = whole && tile.least_edge_distance >= far_from_edge;
-    return whole || shows_its_points(x, y, by.surface);
+    const auto in_picture = [&](const MappedCorner &corner) { return is_in_picture(corner); };
+    return (!tile.seen.holes() && std::ranges::all_of(mapped.corners, in_picture)) ||
+           shows_its_points(x, y, by.surface);
 }
 
 /// By corners of its own, if points are displaced by few pixels: at the mean of the nearest and the
@@ -221,10 +191,11 @@ bool TileMapping::map_by_parallax(int x, int y, const Mapping &by) {
     const Tile &tile = tiles()(x, y);
     if (!(tile.parallax_px < most_displacement_px_))
         return false;
-    const float near = depth_of(tile.nearest), far = depth_of(tile.farthest);
+    const float near = tile.seen.nearest(), far = tile.seen.farthest();
     MappedTile &mapped = mapped_(x, y);
     mapped = {};
     mapped.one_surface = false;
+    mapped.interpolated = may_interpolate(tile, by.surface);
     mapped.searched = tile.parallax_px >= alike_displacement_px;
     const float z = mapped.searched ? near : 2 * near * far / (near + far);
     mapped.inverse_depth = 1 / z;
@@ -238,9 +209,15 @@ bool TileMapping::map_by_parallax(int x, int y, const Mapping &by) {
         if (!corner)
             return false;
         mapped.corners[i] = *corner;
-        mapped.in_picture = mapped.in_picture && in_picture({corner->u, corner->v});
     }
     return true;
+}
+
+/// Whether readings of the tile may be drawn between others, and so over holes: where it has none,
+/// or where cracks of any width are filled. They are a pixel narrower than what a block may hide.
+bool TileMapping::may_interpolate(const Tile &tile, const DepthSurface &surface) {
+    static_assert(widest_crack_px + 1 == mapped_block_px - 1);
+    return !tile.seen.holes() || surface.options().crack_px == widest_crack_px;
 }
 
 /// Whether what is between a tile's corners is seen where it is drawn.
@@ -265,9 +242,8 @@ bool TileMapping::shows_its_points(int x, int y, const DepthSurface &surface) co
         return std::min({depth(0), depth(1), depth(2), depth(3)});
     };
     const Tile &tile = tiles()(x, y);
-    const float near = std::min(depth_of(tile.nearest), least([&](int i) { return corners[i].z; }));
-    const float far =
-        std::max(depth_of(tile.farthest), -least([&](int i) { return -corners[i].z; }));
+    const float near = std::min(tile.seen.nearest(), least([&](int i) { return corners[i].z; }));
+    const float far = std::max(tile.seen.farthest(), -least([&](int i) { return -corners[i].z; }));
     if ((1 / near - 1 / far) * rays_(x, y).parallax.norm() < tolerance_px)
         return true;
     for (int j = 0; j < across; ++j) {
@@ -300,7 +276,7 @@ const TileMapping::Tile *TileMapping::tile_at_corner(int x, int y) const {
             const Tile &tile = tiles()(tile_x, tile_y);
             if (tile.content != TileContent::mapped || !one_surface(tile))
                 continue;
-            if (tile.holes == 0)
+            if (!tile.seen.holes())
                 return &tile;
             found = found ? found : &tile;
         }
@@ -316,7 +292,7 @@ std::optional<MappedCorner> TileMapping::find_shared_corner(int x, int y, const 
         return std::nullopt;
     const ViewRay &ray = rays_(x, y);
     float z = 0;
-    Eigen::Vector2f place = ray.place(depth_of(tile->nearest));
+    Eigen::Vector2f place = ray.place(tile->seen.nearest());
     for (int i = 0; i < lookups; ++i) {
         z = depth_near(place, by.surface);
         if (z == 0.0f)
@@ -343,9 +319,9 @@ std::optional<MappedCorner> TileMapping::corner_at(int x, int y, float z, const 
     return MappedCorner{place.x(), place.y(), z, units * ray.scale, units * ray.shift};
 }
 
-bool TileMapping::in_picture(const Eigen::Vector2f &place) const {
-    return place.x() >= 0 && place.y() >= 0 && place.x() <= static_cast<float>(from_.width - 1) &&
-           place.y() <= static_cast<float>(from_.height - 1);
+bool TileMapping::is_in_picture(const MappedCorner &corner) const {
+    return corner.u >= 0 && corner.v >= 0 && corner.u <= static_cast<float>(from_.width - 1) &&
+           corner.v <= static_cast<float>(from_.height - 1);
 }
 
 /// The depth at a place on the surface or, if that is a hole or outside, of one of the nearest

@@ -11,6 +11,9 @@
 #include <Eigen/Core>
 
 #include <algorithm>
+#include <array>
+#include <bit>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -93,12 +96,31 @@ public:
     }
 
 private:
-    /// What is seen on a tile of the view.
+    /// Pieces of the surface: all that tiles want to know of them. As numbers of which the greater
+    /// one counts, so that several are added at once.
+    class SeenPieces {
+    public:
+        SeenPieces() = default; ///< nothing
+        /// One piece. Depths in metres, not negative: their bits have the same order.
+        SeenPieces(float nearest, float farthest, int least_edge_distance, bool holes)
+            : most_{~std::bit_cast<std::uint32_t>(nearest), std::bit_cast<std::uint32_t>(farthest),
+                    255 - static_cast<std::uint32_t>(least_edge_distance), holes} {}
+
+        void add(const SeenPieces &other) {
+            for (std::size_t i = 0; i < most_.size(); ++i)
+                most_[i] = std::max(most_[i], other.most_[i]);
+        }
+        float nearest() const { return std::bit_cast<float>(~most_[0]); }
+        float farthest() const { return std::bit_cast<float>(most_[1]); } ///< 0: nothing is seen
+        int least_edge_distance() const { return 255 - static_cast<int>(most_[2]); }
+        bool holes() const { return most_[3] != 0; }
+
+    private:
+        std::array<std::uint32_t, 4> most_{};
+    };
+    /// A tile of the view.
     struct Tile {
-        std::uint64_t nearest = ~0ULL; ///< piece, as of nearest_piece()
-        std::uint32_t farthest = 0;    ///< bits of its depth on the surface, metres
-        std::uint8_t least_edge_distance = 255;
-        std::uint8_t holes = 0; ///< has_holes of a piece
+        SeenPieces seen;
         TileContent content = TileContent::nothing;
         float parallax_px = 0; ///< between its nearest and its farthest point
     };
@@ -120,18 +142,18 @@ private:
     void put_on_tiles(const Mapping &by, float margin_px);
     void find_ranges(const Mapping &by, float margin_px, int row, std::span<TileRange> ranges);
     void put_row_on_tiles(const SurfacePieces &pieces, int row, Share &share) const;
-    static void add(const Tile &other, Tile &tile);
     void find_rays(const SurfaceProjection &projection);
     void find_content(int x, int y);
     bool one_surface(const Tile &tile) const;
     void map_tiles(const Mapping &by);
     bool map_surface(int x, int y, const Mapping &by);
     bool map_by_parallax(int x, int y, const Mapping &by);
+    static bool may_interpolate(const Tile &tile, const DepthSurface &surface);
     bool shows_its_points(int x, int y, const DepthSurface &surface) const;
     const Tile *tile_at_corner(int x, int y) const;
     std::optional<MappedCorner> find_shared_corner(int x, int y, const Mapping &by) const;
     std::optional<MappedCorner> corner_at(int x, int y, float z, const Mapping &by) const;
-    bool in_picture(const Eigen::Vector2f &place) const;
+    bool is_in_picture(const MappedCorner &corner) const;
     float depth_near(const Eigen::Vector2f &place, const DepthSurface &surface) const;
     void find_landing();
 

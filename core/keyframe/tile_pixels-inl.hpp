@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// The pixels of a mapped tile in vectors. Included once for each instruction set, like
-// lanes-inl.hpp.
+// Drawing of a mapped tile in vectors, whatever its pixels look up. Included once for each
+// instruction set, like lanes-inl.hpp.
 #if defined(AFTERGLOW_CORE_KEYFRAME_TILE_PIXELS_INL_HPP) == defined(HWY_TARGET_TOGGLE)
 #ifdef AFTERGLOW_CORE_KEYFRAME_TILE_PIXELS_INL_HPP
 #undef AFTERGLOW_CORE_KEYFRAME_TILE_PIXELS_INL_HPP
@@ -11,7 +11,13 @@
 
 #include "core/base/lanes-inl.hpp"
 #include "core/keyframe/mapped_tile.hpp"
+#include "core/keyframe/surface_point.hpp"
 
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <hwy/highway.h>
 
 HWY_BEFORE_NAMESPACE();
@@ -20,55 +26,283 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// A value that is bilinear between a tile's corners, in columns of vectors: at the first row, and
-/// the step to the next one.
-template <class V>
-struct Bilinear {
-    V value, step;
-};
-
-/// From a value's four at the corners, for the columns of a tile from `first` on.
-template <class D>
-HWY_API Bilinear<hn::Vec<D>> between(D d, int first, float at_a, float at_b, float at_c,
-                                     float at_e) {
-    constexpr float part = 1.0f / mapped_tile_px;
-    const auto column = ramp(d, first);
-    const float step = part * (at_b - at_a);
-    const auto of_step = hn::Set(d, part * (part * (at_e - at_c) - step));
-    return {hn::Add(hn::Set(d, at_a), hn::Mul(column, hn::Set(d, step))),
-            hn::Add(hn::Set(d, part * (at_c - at_a)), hn::Mul(column, of_step))};
-}
-
 /// Where a tile is drawn.
 struct DrawnTile {
     ImageView<std::uint16_t> millimetres;
     ImageView<std::uint8_t> edge_distance;
 };
-/// Some of a tile's columns, row by row.
+
+/// Tiles are looked up at the first pixels of blocks, and at those of the tiles beside.
+constexpr int block_px = mapped_block_px, blocks_across = mapped_tile_px / block_px;
+constexpr int grid_across = blocks_across + 1;
+/// This grid's pixels row by row, filled up to whole vectors: columns and rows of the tile.
+constexpr int grid_pixels = 32;
+struct Grid {
+    HWY_ALIGN float x[grid_pixels], y[grid_pixels];
+};
+constexpr Grid grid = [] {
+    Grid pixels{};
+    for (int y = 0; y < grid_across; ++y)
+        for (int x = 0; x < grid_across; ++x) {
+            pixels.x[y * grid_across + x] = static_cast<float>(x * block_px);
+            pixels.y[y * grid_across + x] = static_cast<float>(y * block_px);
+        }
+    return pixels;
+}();
+
+/// Bilinear between a tile's corners, at pixel (x, y) of the tile: at + x across + y (down + x
+/// twist).
+struct BetweenCorners {
+    float at, across, down, twist;
+
+    BetweenCorners(const MappedTile &tile, float MappedCorner::*of) {
+        constexpr float part = 1.0f / mapped_tile_px;
+        const float a = tile.corners[0].*of, b = tile.corners[1].*of;
+        const float c = tile.corners[2].*of, e = tile.corners[3].*of;
+        at = a;
+        across = part * (b - a);
+        down = part * (c - a);
+        twist = part * (part * (e - c) - across);
+    }
+};
+/// What pixels of a tile look up, and how readings follow from it.
+struct TilePlaces {
+    BetweenCorners u, v, scale, shift;
+
+    explicit TilePlaces(const MappedTile &tile)
+        : u(tile, &MappedCorner::u), v(tile, &MappedCorner::v), scale(tile, &MappedCorner::scale),
+          shift(tile, &MappedCorner::shift) {}
+};
+
+/// The grid's pixels, and what is seen there.
+template <class D>
+class SeenGrid {
+public:
+    static constexpr int lanes = static_cast<int>(hn::MaxLanes(D()));
+    static constexpr int vectors = (grid_across * grid_across - 1) / lanes + 1;
+
+    explicit SeenGrid(const TilePlaces &places) : places_(places) {}
+
+    /// Values at the i-th vector of pixels.
+    HWY_INLINE auto at(BetweenCorners TilePlaces::*of, int i) const {
+        const D d;
+        const BetweenCorners &value = places_.*of;
+        const auto x = hn::Load(d, grid.x + i * lanes), y = hn::Load(d, grid.y + i * lanes);
+        const auto step = hn::Add(hn::Set(d, value.down), hn::Mul(x, hn::Set(d, value.twist)));
+        return hn::Add(hn::Add(hn::Set(d, value.at), hn::Mul(x, hn::Set(d, value.across))),
+                       hn::Mul(y, step));
+    }
+    template <class V16, class VI, class V>
+    HWY_INLINE void put(int i, V16 reading, VI edge, V inverse_depth) {
+        const D d;
+        hn::Store(reading, hn::Rebind<std::uint16_t, D>(), readings + i * lanes);
+        hn::Store(edge, hn::RebindToSigned<D>(), edges + i * lanes);
+        hn::Store(inverse_depth, d, inverse_depths + i * lanes);
+    }
+
+    HWY_ALIGN std::uint16_t readings[grid_pixels]; ///< millimetres
+    HWY_ALIGN std::int32_t edges[grid_pixels];     ///< distances, pixels; 0: nothing is seen
+    HWY_ALIGN float inverse_depths[grid_pixels];   ///< of points that were searched for, 1/m
+
+private:
+    const TilePlaces &places_;
+};
+
+/// So many columns of a tile as a vector has lanes: blocks of them, row by row, are drawn at once.
+template <class D>
 class DrawnColumns {
 public:
-    DrawnColumns(const DrawnTile &tile, int first)
-        : millimetres_(tile.millimetres.data() + first), edges_(tile.edge_distance.data() + first),
-          stride_(tile.millimetres.stride()), edges_stride_(tile.edge_distance.stride()) {}
+    static constexpr int vectors = block_px;
 
-    /// Draws the next row's pixels that are `there`, with their points' edge distances.
-    template <class D, class V, class VI, class M>
-    HWY_INLINE void draw(D /*tag*/, V reading, VI edge, M there) {
+    DrawnColumns(const TilePlaces &places, int first, const DrawnTile &to)
+        : u_(places.u, first), v_(places.v, first), scale_(places.scale, first),
+          shift_(places.shift, first), to_(to), first_(first),
+          found_(hn::Zero(hn::RebindToSigned<D>())) {}
+
+    /// What follows is about the block that begins on this row.
+    void go_to(int row) { row_ = row; }
+    HWY_INLINE auto at(BetweenCorners TilePlaces::*of, int i) const {
+        const Value &value = of == &TilePlaces::u       ? u_
+                             : of == &TilePlaces::v     ? v_
+                             : of == &TilePlaces::scale ? scale_
+                                                        : shift_;
+        return hn::Add(value.top, hn::Mul(hn::Set(D(), static_cast<float>(row_ + i)), value.step));
+    }
+    template <class V16, class VI, class V>
+    HWY_INLINE void put(int i, V16 reading, VI edge, V /*inverse_depth*/) {
         const hn::RebindToSigned<D> di;
         const hn::Rebind<std::uint16_t, D> d16;
         const hn::Rebind<std::uint8_t, D> d8;
-        const auto whole = hn::IfThenElseZero(there, hn::ConvertTo(di, reading));
-        hn::StoreU(hn::DemoteTo(d16, whole), d16, millimetres_);
-        hn::StoreU(hn::DemoteTo(d8, hn::IfThenElseZero(there, edge)), d8, edges_);
-        millimetres_ += stride_;
-        edges_ += edges_stride_;
+        hn::StoreU(reading, d16, to_.millimetres.row(row_ + i) + first_);
+        hn::StoreU(hn::DemoteTo(d8, edge), d8, to_.edge_distance.row(row_ + i) + first_);
+        found_ = hn::Sub(found_, hn::VecFromMask(di, hn::Gt(edge, hn::Zero(di))));
+    }
+    int found() const { return hn::GetLane(hn::SumOfLanes(hn::RebindToSigned<D>(), found_)); }
+
+private:
+    struct Value {
+        hn::Vec<D> top, step;
+
+        Value(const BetweenCorners &value, int first) {
+            const D d;
+            const auto column = ramp(d, first);
+            top = hn::Add(hn::Set(d, value.at), hn::Mul(column, hn::Set(d, value.across)));
+            step = hn::Add(hn::Set(d, value.down), hn::Mul(column, hn::Set(d, value.twist)));
+        }
+    };
+    Value u_, v_, scale_, shift_;
+    DrawnTile to_;
+    int first_, row_ = 0;
+    hn::Vec<hn::RebindToSigned<D>> found_;
+};
+
+/// The quarters of the way from one value to another.
+template <class V>
+struct Quarters {
+    V first, second, third;
+};
+template <class V>
+HWY_API Quarters<V> quarters_between(V from, V to) {
+    const hn::DFromV<V> d;
+    const auto way = hn::Sub(to, from);
+    const auto quarter = hn::ShiftRight<2>(hn::Add(way, hn::Set(d, 2)));
+    return {hn::Add(from, quarter), hn::Add(from, hn::ShiftRight<1>(hn::Add(way, hn::Set(d, 1)))),
+            hn::Sub(to, quarter)};
+}
+
+/// Draws readings that are bilinear between those of the grid. Those of blocks that are not even
+/// may be anything.
+void draw_between(const std::uint16_t *HWY_RESTRICT grid_readings,
+                  ImageView<std::uint16_t> millimetres) {
+    static_assert(block_px == 4);
+    const hn::CappedTag<std::int16_t, blocks_across> of_blocks;
+    const hn::CappedTag<std::int16_t, mapped_tile_px> d;
+    const hn::RebindToUnsigned<decltype(d)> d16;
+    const auto *const readings = reinterpret_cast<const std::int16_t *>(grid_readings);
+    HWY_ALIGN std::int16_t lines[grid_across][mapped_tile_px];
+    for (int y = 0; y < grid_across; ++y)
+        for (int x = 0; x < blocks_across; x += static_cast<int>(hn::Lanes(of_blocks))) {
+            const auto from = hn::LoadU(of_blocks, readings + y * grid_across + x);
+            const auto to = hn::LoadU(of_blocks, readings + y * grid_across + x + 1);
+            const auto [first, second, third] = quarters_between(from, to);
+            hn::StoreInterleaved4(from, first, second, third, of_blocks, lines[y] + x * block_px);
+        }
+    for (int y = 0; y < blocks_across; ++y)
+        for (int x = 0; x < mapped_tile_px; x += static_cast<int>(hn::Lanes(d))) {
+            const auto from = hn::Load(d, lines[y] + x), to = hn::Load(d, lines[y + 1] + x);
+            const auto [first, second, third] = quarters_between(from, to);
+            int row = y * block_px;
+            for (const auto &reading : {from, first, second, third})
+                hn::StoreU(hn::BitCast(d16, reading), d16, millimetres.row(row++) + x);
+        }
+}
+
+/// What follows for blocks from the grid's pixels at their corners.
+class Blocks {
+public:
+    /// `most_apart`: how far from each other the inverse depths of points that were searched for
+    /// may be on an even block, 1/m.
+    template <bool searched, class Grid>
+    static Blocks of(const Grid &seen, float most_apart) {
+        const hn::CappedTag<float, blocks_across> d;
+        const hn::RebindToSigned<decltype(d)> di;
+        Blocks blocks;
+        auto all = hn::Set(di, ~0);
+        for (int y = 0; y < blocks_across; ++y)
+            for (int x = 0; x < blocks_across; x += static_cast<int>(hn::Lanes(d))) {
+                const int upper = y * grid_across + x, lower = upper + grid_across;
+                const auto of_corners = [&](auto tag, const auto *values, auto join) HWY_ATTR {
+                    return join(
+                        join(hn::LoadU(tag, values + upper), hn::LoadU(tag, values + upper + 1)),
+                        join(hn::LoadU(tag, values + lower), hn::LoadU(tag, values + lower + 1)));
+                };
+                const auto add = [](auto a, auto b) HWY_ATTR { return hn::Add(a, b); };
+                const auto least = [](auto a, auto b) HWY_ATTR { return hn::Min(a, b); };
+                const auto most = [](auto a, auto b) HWY_ATTR { return hn::Max(a, b); };
+                auto even =
+                    hn::Gt(of_corners(di, seen.edges, least), hn::Set(di, edge_free_block - 1));
+                if constexpr (searched) {
+                    const auto apart = hn::Sub(of_corners(d, seen.inverse_depths, most),
+                                               of_corners(d, seen.inverse_depths, least));
+                    even =
+                        hn::And(even, hn::RebindMask(di, hn::Lt(order(d, apart),
+                                                                order(d, hn::Set(d, most_apart)))));
+                }
+                const auto sum = of_corners(di, seen.edges, add);
+                const auto edge = hn::IfThenElseZero(even, hn::ShiftRight<2>(sum));
+                all = hn::And(all, hn::VecFromMask(di, even));
+                hn::Store(edge, di, blocks.edge_[y] + x);
+            }
+        blocks.all_even_ = hn::AllTrue(di, hn::Ne(all, hn::Zero(di)));
+        return blocks;
+    }
+
+    bool all_even() const { return all_even_; }
+    /// The points at its corners are of one surface and not near an edge.
+    bool even(int x, int y) const { return edge_[y][x] > 0; }
+    /// Draws the edge distances: of even blocks the mean of their corners'.
+    void draw_edges(ImageView<std::uint8_t> edge_distance) const {
+        for (int y = 0; y < blocks_across; ++y) {
+            std::array<std::uint32_t, blocks_across> words; // four pixels each
+            for (std::size_t x = 0; x < words.size(); ++x)
+                words[x] = 0x01010101u * static_cast<std::uint32_t>(edge_[y][x]);
+            for (int row = y * block_px; row < (y + 1) * block_px; ++row)
+                std::memcpy(edge_distance.row(row), words.data(), sizeof words);
+        }
     }
 
 private:
-    std::uint16_t *millimetres_;
-    std::uint8_t *edges_;
-    std::ptrdiff_t stride_, edges_stride_;
+    HWY_ALIGN std::int32_t edge_[blocks_across][blocks_across] = {}; ///< 0: not even
+    bool all_even_ = false;
 };
+
+/// Draws the blocks of a column that are not even, pixel by pixel; returns how many pixels have
+/// depth.
+template <class LookUp>
+HWY_NOINLINE int draw_uneven(const LookUp &look_up, const Blocks &blocks, int x,
+                             const DrawnTile &to) {
+    const hn::CappedTag<float, block_px> d;
+    int found = 0;
+    for (int column = x * block_px; column < (x + 1) * block_px;
+         column += static_cast<int>(hn::Lanes(d))) {
+        DrawnColumns<hn::CappedTag<float, block_px>> columns(look_up.places(), column, to);
+        for (int y = 0; y < blocks_across; ++y)
+            if (!blocks.even(x, y)) {
+                columns.go_to(y * block_px);
+                look_up(d, columns);
+            }
+        found += columns.found();
+    }
+    return found;
+}
+
+/// Draws a tile: look_up(tag, pixels) puts what is seen there at a SeenGrid or DrawnColumns.
+/// Returns how many pixels have depth.
+template <bool searched, class LookUp>
+int draw_tile(const MappedTile &tile, const LookUp &look_up, const DrawnTile &to) {
+    const hn::CappedTag<float, grid_pixels> d;
+    Blocks blocks;
+    if (tile.interpolated) {
+        SeenGrid<hn::CappedTag<float, grid_pixels>> seen(look_up.places());
+        look_up(d, seen);
+        const float parallax = std::abs(tile.parallax_u) + std::abs(tile.parallax_v);
+        blocks = Blocks::of<searched>(seen, alike_displacement_px / parallax);
+        draw_between(seen.readings, to.millimetres);
+        blocks.draw_edges(to.edge_distance);
+    }
+    if (blocks.all_even())
+        return mapped_tile_px * mapped_tile_px;
+    int found = 0;
+    for (int x = 0; x < blocks_across; ++x) {
+        int even = 0;
+        for (int y = 0; y < blocks_across; ++y)
+            even += static_cast<int>(blocks.even(x, y));
+        found += even * block_px * block_px;
+        if (even < blocks_across)
+            found += draw_uneven(look_up, blocks, x, to);
+    }
+    return found;
+}
 
 } // namespace
 } // namespace afterglow::HWY_NAMESPACE

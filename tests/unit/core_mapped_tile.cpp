@@ -10,7 +10,6 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
-#include <utility>
 
 using namespace afterglow;
 
@@ -80,13 +79,132 @@ float depth_between(ImageView<const float> surface, float u, float v, float poin
                       1.03f * point);
 }
 
+/// What is seen at a pixel of a tile that is looked up.
+struct Seen {
+    float reading = 0;       ///< millimetres
+    int edge = 0;            ///< pixels, 0: nothing
+    float inverse_depth = 0; ///< of the point, if it was searched for, 1/m
+    bool uncertain = false;  ///< rounding decides
+    bool beyond = false;     ///< outside the surface's picture
+    bool missed = false;     ///< searched for, but not there
+};
+
+Seen look_up(const MappedTile &tile, ImageView<const float> surface, int least_edge_distance, int x,
+             int y) {
+    const Eigen::Vector2f parallax(tile.parallax_u, tile.parallax_v);
+    Eigen::Vector2f place(between(tile, &MappedCorner::u, x, y),
+                          between(tile, &MappedCorner::v, x, y));
+    Seen seen;
+    seen.uncertain = halfway(place.x(), place.y());
+    float inverse = tile.inverse_depth;
+    if (tile.searched) {
+        const int u = std::clamp(static_cast<int>(place.x() + 0.5f), 0, width - 1);
+        const int v = std::clamp(static_cast<int>(place.y() + 0.5f), 0, height - 1);
+        inverse = surface(u, v) == 0 ? tile.farthest_inverse_depth : 1 / surface(u, v);
+        place -= (inverse - tile.inverse_depth) * parallax;
+        seen.uncertain = seen.uncertain || halfway(place.x(), place.y());
+    }
+    seen.inverse_depth = inverse;
+    const int u = static_cast<int>(std::floor(place.x() + 0.5f));
+    const int v = static_cast<int>(std::floor(place.y() + 0.5f));
+    seen.beyond = !surface.contains(u, v);
+    // Just before the first column or row it may be taken for that.
+    seen.uncertain = seen.uncertain || (seen.beyond && (u == -1 || v == -1));
+    const float point = seen.beyond ? 0 : surface(u, v);
+    if (point == 0)
+        return seen;
+    const Eigen::Vector2f moved = (1 / point - inverse) * parallax;
+    if (tile.searched) {
+        const float off_px = moved.lpNorm<1>();
+        seen.uncertain = seen.uncertain || std::abs(off_px - 3) < 0.01f;
+        seen.missed = !(off_px < 3);
+    }
+    if (seen.missed || edge_distance_of(point) < least_edge_distance)
+        return seen;
+    const Eigen::Vector2f beside(place.x() - static_cast<float>(u),
+                                 place.y() - static_cast<float>(v));
+    const float depth = tile.one_surface
+                            ? point + slope_between(tile).dot(beside)
+                            : depth_between(surface, place.x(), place.y(), point, moved);
+    seen.reading = depth * between(tile, &MappedCorner::scale, x, y) +
+                   between(tile, &MappedCorner::shift, x, y);
+    seen.edge = edge_distance_of(point);
+    return seen;
+}
+
+/// How many blocks of each kind, and pixels, were compared.
+struct Compared {
+    int even = 0, uneven = 0, seen = 0, missed = 0, beyond = 0;
+};
+
+/// Requires that a tile is drawn as it should be.
+void compare(const MappedTile &tile, ImageView<const float> surface, int least_edge_distance,
+             Compared &compared) {
+    constexpr int step = mapped_block_px;
+    const DrawnTile drawn(tile, surface, least_edge_distance);
+    REQUIRE(drawn.nothing_beside());
+    int there = 0;
+    for (int y = 0; y < size; ++y)
+        for (int x = 0; x < size; ++x)
+            there += drawn.edge(x, y) != 0;
+    REQUIRE(drawn.found == there);
+    const auto at = [&](int x, int y) { return look_up(tile, surface, least_edge_distance, x, y); };
+    for (int top = 0; top < size; top += step)
+        for (int left = 0; left < size; left += step) {
+            const Seen corners[] = {at(left, top), at(left + step, top), at(left, top + step),
+                                    at(left + step, top + step)};
+            int least_edge = 7, sum = 0;
+            float least = 1e9f, most = -1e9f;
+            bool uncertain = false;
+            for (const Seen &corner : corners) {
+                uncertain = uncertain || corner.uncertain;
+                least_edge = std::min(least_edge, corner.edge);
+                sum += corner.edge;
+                least = std::min(least, corner.inverse_depth);
+                most = std::max(most, corner.inverse_depth);
+            }
+            const float apart =
+                (most - least) * (std::abs(tile.parallax_u) + std::abs(tile.parallax_v));
+            if (uncertain || (tile.searched && std::abs(apart - alike_displacement_px) < 1e-3f))
+                continue;
+            const bool even = tile.interpolated && least_edge >= edge_free_block &&
+                              !(tile.searched && apart >= alike_displacement_px);
+            compared.even += even;
+            compared.uneven += !even;
+            for (int y = top; y < top + step; ++y)
+                for (int x = left; x < left + step; ++x) {
+                    const auto reading = static_cast<float>(drawn.reading(x, y));
+                    CAPTURE(x, y, even, sum);
+                    if (even) {
+                        const float across = static_cast<float>(x - left) / step;
+                        const float down = static_cast<float>(y - top) / step;
+                        const float expected = std::lerp(
+                            std::lerp(corners[0].reading, corners[1].reading, across),
+                            std::lerp(corners[2].reading, corners[3].reading, across), down);
+                        REQUIRE(std::abs(reading - expected) <= 1.6f); // rounded thrice
+                        REQUIRE(drawn.edge(x, y) == sum / 4);
+                        continue;
+                    }
+                    const Seen seen = at(x, y);
+                    if (seen.uncertain)
+                        continue;
+                    REQUIRE(std::abs(reading - seen.reading) < 0.51f);
+                    REQUIRE(drawn.edge(x, y) == seen.edge);
+                    compared.seen += seen.edge != 0;
+                    compared.missed += seen.missed;
+                    compared.beyond += seen.beyond;
+                }
+        }
+}
+
 } // namespace
 
 TEST_CASE("a mapped tile of the view shows the nearest points of the surface, moved along its "
-          "slope") {
+          "slope, and between them where it is even") {
     AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     std::mt19937 random(7);
     std::uniform_real_distribution<float> some(-1.0f, 1.0f), depths(0.5f, 4.0f);
+    Compared compared;
     for (int round = 0; round < 200; ++round) {
         Image<float> surface(width, height); // with steps, edges and holes
         for (float &z : surface.pixels())
@@ -95,65 +213,32 @@ TEST_CASE("a mapped tile of the view shows the nearest points of the surface, mo
                                                        static_cast<std::uint8_t>(1 + random() % 7));
         MappedTile tile;
         tile.one_surface = round % 5 != 0;
-        tile.in_picture = round % 2 == 0;
+        tile.interpolated = round % 7 != 0;
         if (!tile.one_surface) {
             tile.inverse_depth = 0.5f;
             tile.parallax_u = some(random);
             tile.parallax_v = some(random);
         }
-        const float left = tile.in_picture ? 15 : -5, top = tile.in_picture ? 13 : 45;
+        const bool in_picture = round % 2 == 0;
+        const float left = in_picture ? 15 : -5, top = in_picture ? 13 : 45;
         for (int i = 0; i < 4; ++i)
             tile.corners[i] = {left + size * static_cast<float>(i & 1) + 5 * some(random),
                                top + size * static_cast<float>(i >> 1) + 5 * some(random),
                                2.0f + 0.2f * some(random), 1000.0f + 100.0f * some(random),
                                100.0f * some(random)};
-        const int least_edge_distance = 1 + round % 3;
-        const DrawnTile drawn(tile, surface, least_edge_distance);
-        const Eigen::Vector2f of_tile = slope_between(tile);
-        int there = 0, beyond = 0;
-        for (int y = 0; y < size; ++y)
-            for (int x = 0; x < size; ++x) {
-                there += drawn.edge(x, y) != 0;
-                const float u = between(tile, &MappedCorner::u, x, y);
-                const float v = between(tile, &MappedCorner::v, x, y);
-                if (halfway(u, v))
-                    continue;
-                const int nu = static_cast<int>(std::floor(u + 0.5f));
-                const int nv = static_cast<int>(std::floor(v + 0.5f));
-                // Just before the first column or row it may be taken for that.
-                if ((nu == -1 || nv == -1) && !tile.in_picture)
-                    continue;
-                beyond += !surface.view().contains(nu, nv);
-                const float depth = surface.view().contains(nu, nv) ? surface(nu, nv) : 0;
-                CAPTURE(round, x, y, u, v);
-                if (edge_distance_of(depth) < least_edge_distance) {
-                    REQUIRE((drawn.reading(x, y) == 0 && drawn.edge(x, y) == 0));
-                    continue;
-                }
-                const float nearer = 1 / depth - tile.inverse_depth;
-                const Eigen::Vector2f beside(u - static_cast<float>(nu),
-                                             v - static_cast<float>(nv));
-                const float moved =
-                    tile.one_surface
-                        ? depth + of_tile.dot(beside)
-                        : depth_between(surface, u, v, depth,
-                                        nearer * Eigen::Vector2f(tile.parallax_u, tile.parallax_v));
-                const float reading = moved * between(tile, &MappedCorner::scale, x, y) +
-                                      between(tile, &MappedCorner::shift, x, y);
-                REQUIRE(std::abs(static_cast<float>(drawn.reading(x, y)) - reading) < 0.51f);
-                REQUIRE(drawn.edge(x, y) == edge_distance_of(depth));
-            }
-        REQUIRE(drawn.found == there);
-        REQUIRE((beyond > 0) == !tile.in_picture);
-        REQUIRE(drawn.nothing_beside());
+        CAPTURE(round);
+        compare(tile, surface, 1 + round % 3, compared);
     }
+    CHECK(compared.even > 100);
+    CHECK(compared.uneven > 1000);
+    CHECK(compared.beyond > 100);
 }
 
 TEST_CASE("a mapped tile whose points are searched for shows those that are seen there") {
     AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     std::mt19937 random(9);
     std::uniform_real_distribution<float> some(-1.0f, 1.0f), slope(-0.02f, 0.02f);
-    int seen = 0, missed = 0;
+    Compared compared;
     for (int round = 0; round < 200; ++round) {
         Image<float> surface(width, height); // two planes, one beside the other, with holes
         const float by_u = slope(random), by_v = slope(random);
@@ -170,127 +255,53 @@ TEST_CASE("a mapped tile whose points are searched for shows those that are seen
         MappedTile tile;
         tile.one_surface = false;
         tile.searched = true;
-        tile.in_picture = round % 2 == 0;
         tile.inverse_depth = 1.2f;
         tile.farthest_inverse_depth = 0.3f;
         tile.parallax_u = 7 * some(random);
         tile.parallax_v = 4 * some(random);
-        const float left = tile.in_picture ? 20 : -5, top = tile.in_picture ? 16 : 45;
+        const bool in_picture = round % 2 == 0;
+        const float left = in_picture ? 20 : -5, top = in_picture ? 16 : 45;
         for (int i = 0; i < 4; ++i)
             tile.corners[i] = {left + size * static_cast<float>(i & 1) + 3 * some(random),
                                top + size * static_cast<float>(i >> 1) + 3 * some(random),
                                1 / tile.inverse_depth, 1000.0f + 100.0f * some(random),
                                100.0f * some(random)};
-        const int least_edge_distance = 1 + round % 3;
-        const DrawnTile drawn(tile, surface, least_edge_distance);
-        const Eigen::Vector2f parallax(tile.parallax_u, tile.parallax_v);
-        int there = 0;
-        for (int y = 0; y < size; ++y)
-            for (int x = 0; x < size; ++x) {
-                there += drawn.edge(x, y) != 0;
-                const Eigen::Vector2f first(between(tile, &MappedCorner::u, x, y),
-                                            between(tile, &MappedCorner::v, x, y));
-                Eigen::Vector2f place = first;
-                float inverse = tile.inverse_depth;
-                bool uncertain = halfway(place.x(), place.y());
-                for (int step = 0; step < 2; ++step) {
-                    const int u = std::clamp(static_cast<int>(place.x() + 0.5f), 0, width - 1);
-                    const int v = std::clamp(static_cast<int>(place.y() + 0.5f), 0, height - 1);
-                    inverse = surface(u, v) == 0 ? tile.farthest_inverse_depth : 1 / surface(u, v);
-                    place = first - (inverse - tile.inverse_depth) * parallax;
-                    uncertain = uncertain || halfway(place.x(), place.y());
-                }
-                const int nu = static_cast<int>(std::floor(place.x() + 0.5f));
-                const int nv = static_cast<int>(std::floor(place.y() + 0.5f));
-                const bool beyond = !surface.view().contains(nu, nv);
-                if (uncertain || (beyond && (nu == -1 || nv == -1)))
-                    continue;
-                const float point = beyond ? 0 : surface(nu, nv);
-                const Eigen::Vector2f moved = (1 / point - inverse) * parallax;
-                const float off_px = moved.lpNorm<1>();
-                CAPTURE(round, x, y, place.x(), place.y(), off_px);
-                if (std::abs(off_px - 3) < 0.01f)
-                    continue;
-                if (!(off_px < 3) || edge_distance_of(point) < least_edge_distance) {
-                    missed += point != 0 && !(off_px < 3);
-                    REQUIRE((drawn.reading(x, y) == 0 && drawn.edge(x, y) == 0));
-                    continue;
-                }
-                ++seen;
-                const float depth = depth_between(surface, place.x(), place.y(), point, moved);
-                const float reading = depth * between(tile, &MappedCorner::scale, x, y) +
-                                      between(tile, &MappedCorner::shift, x, y);
-                REQUIRE(std::abs(static_cast<float>(drawn.reading(x, y)) - reading) < 0.51f);
-                REQUIRE(drawn.edge(x, y) == edge_distance_of(point));
-            }
-        REQUIRE(drawn.found == there);
-        REQUIRE(drawn.nothing_beside());
+        CAPTURE(round);
+        compare(tile, surface, 1 + round % 3, compared);
     }
-    CHECK(seen > 10000);
-    CHECK(missed > 100);
+    CHECK(compared.seen > 5000);
+    CHECK(compared.missed > 100);
+    CHECK(compared.even > 100);
+    CHECK(compared.uneven > 1000);
 }
 
-TEST_CASE("of a tile of an even surface every fourth pixel is looked up, unless one is a hole or "
-          "near an edge") {
+TEST_CASE("a block of a tile whose corners are of two surfaces is not drawn between them") {
     AFTERGLOW_ON_EACH_INSTRUCTION_SET();
-    std::mt19937 random(8);
-    std::uniform_real_distribution<float> some(-1.0f, 1.0f);
-    constexpr int step = 4, least_edge_distance = 3;
-    for (int round = 0; round < 100; ++round) {
-        Image<float> surface(width, height);
-        for (float &z : surface.pixels())
-            z = with_edge_distance(2 + 0.1f * some(random), far_from_edge);
+    Image<float> surface(width, height);
+    constexpr int border = 28; // in the middle of a block
+    for (int v = 0; v < height; ++v)
+        for (int u = 0; u < width; ++u) {
+            const int distance = u < border ? border - u : u - border + 1;
+            surface(u, v) = with_edge_distance(
+                u < border ? 1 : 2, static_cast<std::uint8_t>(std::min(distance, far_from_edge)));
+        }
+    for (const bool searched : {false, true}) {
         MappedTile tile;
-        tile.even = true;
+        tile.one_surface = false;
+        tile.searched = searched;
+        tile.inverse_depth = searched ? 1.0f : 0.75f;
+        tile.farthest_inverse_depth = 0.5f;
+        tile.parallax_u = 1;
         for (int i = 0; i < 4; ++i)
-            tile.corners[i] = {15 + size * static_cast<float>(i & 1) + 5 * some(random),
-                               13 + size * static_cast<float>(i >> 1) + 5 * some(random), 2.0f,
-                               1000.0f + 100.0f * some(random), 100.0f * some(random)};
-        const auto nearest = [&](int x, int y) {
-            const float u = between(tile, &MappedCorner::u, x, y);
-            const float v = between(tile, &MappedCorner::v, x, y);
-            return std::pair(static_cast<int>(u + 0.5f), static_cast<int>(v + 0.5f));
-        };
-        const auto reading = [&](int x, int y) {
-            const auto [u, v] = nearest(x, y);
-            return surface(u, v) * between(tile, &MappedCorner::scale, x, y) +
-                   between(tile, &MappedCorner::shift, x, y);
-        };
-        const auto uncertain = [&](int x, int y) {
-            return halfway(between(tile, &MappedCorner::u, x, y),
-                           between(tile, &MappedCorner::v, x, y));
-        };
-        const DrawnTile drawn(tile, surface, least_edge_distance);
-        REQUIRE(drawn.found == size * size);
-        REQUIRE(drawn.nothing_beside());
+            tile.corners[i] = {static_cast<float>(18 + size * (i & 1)),
+                               static_cast<float>(16 + size * (i >> 1)), 1 / tile.inverse_depth,
+                               1000, 0};
+        const DrawnTile drawn(tile, surface, 1);
         for (int y = 0; y < size; ++y)
             for (int x = 0; x < size; ++x) {
-                const int left = x / step * step, top = y / step * step;
-                const int right = left + step, bottom = top + step;
-                CAPTURE(round, x, y);
-                REQUIRE(drawn.edge(x, y) == far_from_edge);
-                if (uncertain(left, top) || uncertain(right, top) || uncertain(left, bottom) ||
-                    uncertain(right, bottom))
-                    continue;
-                const float across = static_cast<float>(x - left) / step;
-                const float down = static_cast<float>(y - top) / step;
-                const float above = std::lerp(reading(left, top), reading(right, top), across);
-                const float below =
-                    std::lerp(reading(left, bottom), reading(right, bottom), across);
-                const float expected = std::lerp(above, below, down);
-                REQUIRE(std::abs(static_cast<float>(drawn.reading(x, y)) - expected) < 0.52f);
+                CAPTURE(searched, x, y);
+                REQUIRE((drawn.reading(x, y) == 1000 || drawn.reading(x, y) == 2000 ||
+                         (searched && drawn.reading(x, y) == 0)));
             }
-
-        const auto [u, v] = nearest(size / 2, size / 4);
-        for (int dv = -1; dv <= 1; ++dv)
-            for (int du = -1; du <= 1; ++du)
-                surface(u + du, v + dv) = round % 2 == 0 ? 0 : with_edge_distance(2, 4);
-        const DrawnTile again(tile, surface, least_edge_distance);
-        tile.even = false;
-        const DrawnTile pixel_by_pixel(tile, surface, least_edge_distance);
-        REQUIRE(again.found == pixel_by_pixel.found);
-        REQUIRE((again.found < size * size) == (round % 2 == 0));
-        REQUIRE(again.reading == pixel_by_pixel.reading);
-        REQUIRE(again.edge == pixel_by_pixel.edge);
     }
 }
