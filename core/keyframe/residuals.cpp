@@ -59,12 +59,11 @@ HWY_INLINE void look_up(const TemplatePoints &points, int first, ImageView<const
     const auto fu = hn::Sub(at_u, hn::ConvertTo(d, iu));
     const auto fv = hn::Sub(at_v, hn::ConvertTo(d, iv));
     const auto offset = hn::Add(hn::Mul(iv, hn::Set(di, image.stride())), iu);
-    const auto interpolate = [&](const float *from) HWY_ATTR {
-        const auto left = hn::GatherIndex(d, from, offset);
-        return hn::MulAdd(fu, hn::Sub(hn::GatherIndex(d, from + 1, offset), left), left);
-    };
-    const auto upper = interpolate(image.row(0));
-    const auto lower = interpolate(image.row(1));
+    HWY_ALIGN std::int32_t places[TemplatePoints::block];
+    hn::Store(offset, di, places);
+    const auto seen_at = neighbours_at(d, image.data(), image.stride(), places);
+    const auto upper = hn::MulAdd(fu, hn::Sub(seen_at.b, seen_at.a), seen_at.a);
+    const auto lower = hn::MulAdd(fu, hn::Sub(seen_at.e, seen_at.c), seen_at.c);
     const auto grey = hn::MulAdd(fv, hn::Sub(lower, upper), upper);
     visit(at_u, at_v, depth, hn::IfThenElse(seen, hn::Max(grey, hn::Zero(d)), set(-1.0f)));
 }
