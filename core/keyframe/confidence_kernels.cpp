@@ -29,10 +29,19 @@ std::uint32_t look_up_singly(const std::uint16_t *depth, const std::uint8_t *cla
 
 #if HWY_TARGET == HWY_SCALAR
 constexpr int run = 1;
-std::uint32_t look_up_run(const std::uint16_t *depth, const std::uint8_t *classes,
-                          const std::uint8_t *table, std::uint8_t *confidence) {
-    return look_up_singly(depth, classes, run, table, confidence);
-}
+class RunLookUp {
+public:
+    explicit RunLookUp(const std::uint8_t *table) : table_(table) {}
+    void operator()(const std::uint16_t *depth, const std::uint8_t *classes,
+                    std::uint8_t *confidence) {
+        sum_ += look_up_singly(depth, classes, run, table_, confidence);
+    }
+    std::uint32_t sum() const { return sum_; }
+
+private:
+    const std::uint8_t *table_;
+    std::uint32_t sum_ = 0;
+};
 DepthExtent range_of_row(const std::uint16_t *depth, int count, DepthExtent range) {
     for (int i = 0; i < count; ++i)
         if (depth[i] != 0) {
@@ -47,43 +56,108 @@ constexpr int run = 2 * class_layer;
 using Classes = hn::CappedTag<std::uint8_t, run>;
 using Depths = hn::CappedTag<std::uint16_t, run / 2>;
 
-/// Of a run of pixels.
-std::uint32_t look_up_run(const std::uint16_t *depth, const std::uint8_t *classes,
-                          const std::uint8_t *table, std::uint8_t *confidence) {
-    const Classes d8;
-    const Depths d;
-    const hn::RebindToSigned<Depths> di;
-    const hn::Half<Classes> half;
-    const hn::RebindToSigned<decltype(half)> half_signed;
-    const auto left = hn::LoadU(d, depth), right = hn::LoadU(d, depth + run / 2);
-    const auto of = hn::LoadU(d8, classes);
-    const auto one = hn::Set(d, 1);
-    // Less one, no depth is beyond all.
-    const auto near = hn::MinOfLanes(d, hn::Min(hn::Sub(left, one), hn::Sub(right, one)));
-    const auto nearest = static_cast<std::uint16_t>(hn::GetLane(near) + 1);
-    const std::uint16_t farthest = hn::GetLane(hn::MaxOfLanes(d, hn::Max(left, right)));
-    if (farthest == 0) {
-        hn::StoreU(hn::Zero(d8), d8, confidence);
-        return 0;
+/// Looks up runs of pixels, most of which have depths in the same two bins as the run before.
+class RunLookUp {
+public:
+    explicit RunLookUp(const std::uint8_t *table) : table_(table) { go_to(0); }
+
+    void operator()(const std::uint16_t *depth, const std::uint8_t *classes,
+                    std::uint8_t *confidence) {
+        const Classes d8;
+        const Depths d;
+        const auto left = hn::LoadU(d, depth), right = hn::LoadU(d, depth + run / 2);
+        const auto of = hn::LoadU(d8, classes);
+        // Without depth the class is 0, for which all bins have 0.
+        auto done = narrowed(hn::Or(in_bins(left), hn::Eq(left, hn::Zero(d))),
+                             hn::Or(in_bins(right), hn::Eq(right, hn::Zero(d))));
+        const auto in_layer = hn::Lt(of, hn::Set(d8, class_layer));
+        if (!hn::AllTrue(d8, hn::And(hn::Ne(done, hn::Zero(d8)), in_layer))) {
+            if (!hn::AllTrue(d8, in_layer)) {
+                singly_ += look_up_singly(depth, classes, run, table_, confidence);
+                return;
+            }
+            look_up_all(left, right, of, done, confidence);
+            return;
+        }
+        put(found(left, right, of), confidence);
     }
-    const int bin = std::min(depth_bin(nearest), depth_bins - 2);
-    const bool two_bins = depth_bin(farthest) <= bin + 1;
-    const bool one_layer = hn::AllTrue(d8, hn::Lt(of, hn::Set(d8, class_layer)));
-    if (!(two_bins && one_layer))
-        return look_up_singly(depth, classes, run, table, confidence);
-    const auto last_of_bin = hn::Set(d, static_cast<std::uint16_t>((bin + 1) * depth_bin_mm - 1));
-    const auto next_bin = [&](auto depths) HWY_ATTR {
-        const auto beyond = hn::VecFromMask(d, hn::Gt(depths, last_of_bin));
-        return hn::BitCast(half, hn::DemoteTo(half_signed, hn::BitCast(di, beyond)));
-    };
-    const auto in_next = hn::Combine(d8, next_bin(right), next_bin(left));
-    const auto place = hn::Or(of, hn::And(in_next, hn::Set(d8, class_layer)));
-    const auto of_bins = hn::LoadU(d8, table + place_in_table(0, bin));
-    const auto found = hn::TableLookupBytes(of_bins, place);
-    hn::StoreU(found, d8, confidence);
-    const hn::Repartition<std::uint64_t, Classes> sums;
-    return static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(sums, hn::SumsOf8(found))));
-}
+    /// Of all confidences.
+    std::uint32_t sum() const {
+        return singly_ + static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(Sums(), sums_)));
+    }
+
+private:
+    using Sums = hn::Repartition<std::uint64_t, Classes>;
+
+    void go_to(int bin) {
+        bin_ = std::min(bin, depth_bins - 2);
+        first_of_bins_ = static_cast<std::uint16_t>(bin_ * depth_bin_mm);
+        bins_mm_ = bin_ < depth_bins - 2 ? std::uint16_t{2 * depth_bin_mm}
+                                         : static_cast<std::uint16_t>(0xffff - first_of_bins_);
+    }
+    template <class M>
+    static hn::Vec<Classes> narrowed(M left, M right) {
+        const Depths d;
+        const hn::RebindToSigned<Depths> di;
+        const hn::Half<Classes> half;
+        const hn::RebindToSigned<decltype(half)> half_signed;
+        const auto bytes = [&](M mask) HWY_ATTR {
+            const auto words = hn::BitCast(di, hn::VecFromMask(d, mask));
+            return hn::BitCast(half, hn::DemoteTo(half_signed, words));
+        };
+        return hn::Combine(Classes(), bytes(right), bytes(left));
+    }
+    template <class V>
+    hn::Mask<Depths> in_bins(V depths) const {
+        const Depths d;
+        return hn::Lt(hn::Sub(depths, hn::Set(d, first_of_bins_)), hn::Set(d, bins_mm_));
+    }
+    /// Confidences of those that are in the bins, of the first layer; of others they are anything.
+    template <class V, class V8>
+    V8 found(V left, V right, V8 of) const {
+        const Classes d8;
+        const Depths d;
+        const auto last_of_bin = static_cast<std::uint16_t>(first_of_bins_ + depth_bin_mm - 1);
+        const auto is_next = [&](V depths)
+                                 HWY_ATTR { return hn::Gt(depths, hn::Set(d, last_of_bin)); };
+        const auto in_next = narrowed(is_next(left), is_next(right));
+        const auto place = hn::Or(of, hn::And(in_next, hn::Set(d8, class_layer)));
+        return hn::TableLookupBytes(hn::LoadU(d8, table_ + place_in_table(0, bin_)), place);
+    }
+    template <class V8>
+    void put(V8 confidences, std::uint8_t *to) {
+        hn::StoreU(confidences, Classes(), to);
+        sums_ = hn::Add(sums_, hn::SumsOf8(confidences));
+    }
+    /// Two bins after the other, from those of the nearest depth on that is not `done`.
+    template <class V, class V8>
+    void look_up_all(V left, V right, V8 of, V8 done, std::uint8_t *confidence) {
+        const Classes d8;
+        const Depths d;
+        auto all = hn::And(found(left, right, of), done);
+        while (!hn::AllTrue(d8, hn::Ne(done, hn::Zero(d8)))) {
+            const auto beyond = [&](auto half) HWY_ATTR { // where it is done
+                const hn::RebindToSigned<Depths> di;
+                const hn::Rebind<std::int8_t, Depths> bytes;
+                return hn::BitCast(d, hn::PromoteTo(di, hn::BitCast(bytes, half)));
+            };
+            const auto open_left = hn::Or(left, beyond(hn::LowerHalf(done)));
+            const auto open_right = hn::Or(right, beyond(hn::UpperHalf(hn::Half<Classes>(), done)));
+            const auto nearest = hn::MinOfLanes(d, hn::Min(open_left, open_right));
+            go_to(depth_bin(hn::GetLane(nearest)));
+            const auto now = narrowed(in_bins(left), in_bins(right));
+            all = hn::Or(all, hn::And(found(left, right, of), hn::AndNot(done, now)));
+            done = hn::Or(done, now);
+        }
+        put(all, confidence);
+    }
+
+    const std::uint8_t *table_;
+    int bin_;
+    std::uint16_t first_of_bins_, bins_mm_; ///< millimetres
+    hn::Vec<Sums> sums_ = hn::Zero(Sums());
+    std::uint32_t singly_ = 0;
+};
 
 /// With what is known of other rows; `nearest` less one.
 DepthExtent range_of_row(const std::uint16_t *depth, int count, DepthExtent range) {
@@ -116,16 +190,23 @@ DepthExtent range_of(ImageView<const std::uint16_t> depth) {
 std::uint32_t look_up(const JudgedPixels &pixels, const std::uint8_t *table,
                       ImageView<std::uint8_t> confidence) {
     std::uint32_t sum = 0;
-    for (int v = 0; v < confidence.height(); ++v) {
-        const std::uint16_t *const depth = pixels.depth.row(v);
-        const std::uint8_t *const classes = pixels.classes.row(v);
-        std::uint8_t *const out = confidence.row(v);
-        int u = 0;
-        for (; u + run <= confidence.width(); u += run)
-            sum += look_up_run(depth + u, classes + u, table, out + u);
-        sum += look_up_singly(depth + u, classes + u, confidence.width() - u, table, out + u);
+    RunLookUp look_up_run(table);
+    int u = 0;
+    for (; u + run <= confidence.width(); u += run) {
+        const std::uint16_t *depth = pixels.depth.data() + u;
+        const std::uint8_t *classes = pixels.classes.data() + u;
+        std::uint8_t *out = confidence.data() + u;
+        for (int v = 0; v < confidence.height(); ++v) {
+            look_up_run(depth, classes, out);
+            depth += pixels.depth.stride();
+            classes += pixels.classes.stride();
+            out += confidence.stride();
+        }
     }
-    return sum;
+    for (int v = 0; v < confidence.height(); ++v)
+        sum += look_up_singly(pixels.depth.row(v) + u, pixels.classes.row(v) + u,
+                              confidence.width() - u, table, confidence.row(v) + u);
+    return sum + look_up_run.sum();
 }
 
 void compare_singly(const ComparedPixels &in, int v, int first, float misplaced,
