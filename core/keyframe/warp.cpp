@@ -121,11 +121,14 @@ int Warp::draw_tiles(const Drawing &to, int tile_row) const {
     const int first = tile_row * size, end = std::min(first + size, to_.height);
     int drawn = 0;
     for (int x = 0; x < tiles_.columns(); ++x) {
-        const int left = x * size, width = std::min(size, to_.width - left);
         if (tiles_.content(x, tile_row) == TileContent::mapped)
             drawn += draw_mapped_tile(to, x, tile_row);
         if (tiles_.content(x, tile_row) != TileContent::nothing)
             continue;
+        const int left = x * size;
+        while (x + 1 < tiles_.columns() && tiles_.content(x + 1, tile_row) == TileContent::nothing)
+            ++x;
+        const int width = std::min((x + 1) * size, to_.width) - left;
         for (int v = first; v < end; ++v) {
             std::fill_n(to.depth.row(v) + left, width, std::uint16_t{0});
             std::fill_n(to.edge_distance.row(v) + left, width, std::uint8_t{0});
