@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <numbers>
 
 namespace afterglow {
@@ -15,9 +16,6 @@ namespace {
 /// Points of one surface on a tile are alike in depth: the farthest by no more than this, relative
 /// to the nearest, is farther.
 constexpr float alike_depths = 1.15f;
-/// Where they are displaced by no more than this against each other a short search finds the one
-/// that is seen, pixels.
-constexpr float searched_displacement_px = 12.0f;
 /// A tile's pixels show their points if they are no farther from them, pixels.
 constexpr float place_tolerance_px = 0.5f;
 /// How far a corner's point on the surface may be seen from the corner, pixels.
@@ -38,7 +36,8 @@ TileMapping::TileMapping(const Intrinsics &from, const Intrinsics &to,
                          const TileMappingOptions &options, WorkerPool &pool)
     : from_(from), to_(to),
       least_edge_distance_(std::max(options.least_edge_distance_px, beside_edge)),
-      most_displacement_px_(options.search ? searched_displacement_px : alike_displacement_px),
+      most_displacement_px_(options.search ? std::numeric_limits<float>::infinity()
+                                           : alike_displacement_px),
       pool_(pool),
       shares_(pool, {Image<Tile>(whole_tiles(to.width, tile_px), whole_tiles(to.height, tile_px)),
                      std::vector<TileRange>(static_cast<std::size_t>(

@@ -24,7 +24,7 @@ namespace afterglow {
 /// What is to be seen on a tile of a view.
 enum class TileContent : std::uint8_t {
     nothing, ///< no point of the surface
-    mapped,  ///< points that hide nothing of each other, as the corners tell
+    mapped,  ///< points that the corners lead to
     mixed,   ///< anything else
 };
 
@@ -32,15 +32,15 @@ struct TileMappingOptions {
     /// A part of the surface in which a point is nearer to a depth edge than this, or on an edge,
     /// is not without edges.
     int least_edge_distance_px = 2;
-    /// Tiles on which few pixels of parallax hide something are mapped, too; points on the edges
-    /// that hide something are then as any other.
+    /// Tiles whose points hide something of each other are mapped, too: each pixel's point is
+    /// searched for.
     bool search = true;
 };
 
 /// Which tiles of a view show points of a surface in the order in which they are on the surface,
 /// and where the tiles' pixels are there: those need no projection of single points. Such a tile
 /// shows either one part of the surface without edges, maybe with holes, or points that parallax
-/// displaces by few pixels against each other.
+/// displaces by few pixels against each other, or that are searched for.
 ///
 /// The view is parted into tiles, the surface into pieces (SurfacePieces).
 ///
