@@ -197,16 +197,15 @@ void draw_between(const std::uint16_t *HWY_RESTRICT grid_readings,
         }
 }
 
-/// What follows for blocks from the grid's pixels at their corners.
+/// What follows for blocks from the grid's pixels at their corners: none is even before find().
 class Blocks {
 public:
     /// `most_apart`: how far from each other the inverse depths of points that were searched for
     /// may be on an even block, 1/m.
     template <bool searched, class Grid>
-    static Blocks of(const Grid &seen, float most_apart) {
+    void find(const Grid &seen, float most_apart) {
         const hn::CappedTag<float, blocks_across> d;
         const hn::RebindToSigned<decltype(d)> di;
-        Blocks blocks;
         auto all = hn::Set(di, ~0);
         for (int y = 0; y < blocks_across; ++y)
             for (int x = 0; x < blocks_across; x += static_cast<int>(hn::Lanes(d))) {
@@ -231,10 +230,9 @@ public:
                 const auto sum = of_corners(di, seen.edges, add);
                 const auto edge = hn::IfThenElseZero(even, hn::ShiftRight<2>(sum));
                 all = hn::And(all, hn::VecFromMask(di, even));
-                hn::Store(edge, di, blocks.edge_[y] + x);
+                hn::Store(edge, di, edge_[y] + x);
             }
-        blocks.all_even_ = hn::AllTrue(di, hn::Ne(all, hn::Zero(di)));
-        return blocks;
+        all_even_ = hn::AllTrue(di, hn::Ne(all, hn::Zero(di)));
     }
 
     bool all_even() const { return all_even_; }
@@ -286,7 +284,7 @@ int draw_tile(const MappedTile &tile, const LookUp &look_up, const DrawnTile &to
         SeenGrid<hn::CappedTag<float, grid_pixels>> seen(look_up.places());
         look_up(d, seen);
         const float parallax = std::abs(tile.parallax_u) + std::abs(tile.parallax_v);
-        blocks = Blocks::of<searched>(seen, alike_displacement_px / parallax);
+        blocks.find<searched>(seen, alike_displacement_px / parallax);
         draw_between(seen.readings, to.millimetres);
         blocks.draw_edges(to.edge_distance);
     }
