@@ -108,11 +108,27 @@ private:
     const TilePlaces &places_;
 };
 
-/// So many columns of a tile as a vector has lanes: blocks of them, row by row, are drawn at once.
+/// The pixels of a block row by row: columns and rows of the block.
+struct BlockPixels {
+    HWY_ALIGN float x[block_px * block_px], y[block_px * block_px];
+};
+constexpr BlockPixels block = [] {
+    BlockPixels pixels{};
+    for (int i = 0; i < block_px * block_px; ++i) {
+        pixels.x[i] = static_cast<float>(i % block_px);
+        pixels.y[i] = static_cast<float>(i / block_px);
+    }
+    return pixels;
+}();
+
+/// Columns of a tile, as many as a block has, or as a vector has lanes if these are fewer: blocks
+/// of them are drawn, as many rows at a time as a vector holds.
 template <class D>
 class DrawnColumns {
 public:
-    static constexpr int vectors = block_px;
+    static constexpr int lanes = static_cast<int>(hn::MaxLanes(D()));
+    static constexpr int columns = std::min(lanes, block_px), rows = lanes / columns;
+    static constexpr int vectors = block_px / rows;
 
     DrawnColumns(const TilePlaces &places, int first, const DrawnTile &to)
         : u_(places.u, first), v_(places.v, first), scale_(places.scale, first),
@@ -126,28 +142,48 @@ public:
                              : of == &TilePlaces::v     ? v_
                              : of == &TilePlaces::scale ? scale_
                                                         : shift_;
-        return hn::Add(value.top, hn::Mul(hn::Set(D(), static_cast<float>(row_ + i)), value.step));
+        const auto row = hn::Set(D(), static_cast<float>(row_ + i * rows));
+        return hn::Add(value.top, hn::Mul(row, value.step));
     }
     template <class V16, class VI, class V>
     HWY_INLINE void put(int i, V16 reading, VI edge, V /*inverse_depth*/) {
         const hn::RebindToSigned<D> di;
         const hn::Rebind<std::uint16_t, D> d16;
         const hn::Rebind<std::uint8_t, D> d8;
-        hn::StoreU(reading, d16, to_.millimetres.row(row_ + i) + first_);
-        hn::StoreU(hn::DemoteTo(d8, edge), d8, to_.edge_distance.row(row_ + i) + first_);
+        const int row = row_ + i * rows;
         found_ = hn::Sub(found_, hn::VecFromMask(di, hn::Gt(edge, hn::Zero(di))));
+        const auto edges = hn::DemoteTo(d8, edge);
+        if constexpr (rows == 1) {
+            hn::StoreU(reading, d16, to_.millimetres.row(row) + first_);
+            hn::StoreU(edges, d8, to_.edge_distance.row(row) + first_);
+        } else {
+            HWY_ALIGN std::uint16_t readings_of_rows[rows][columns];
+            HWY_ALIGN std::uint8_t edges_of_rows[rows][columns];
+            hn::Store(reading, d16, readings_of_rows[0]);
+            hn::Store(edges, d8, edges_of_rows[0]);
+            for (int k = 0; k < rows; ++k) {
+                std::memcpy(to_.millimetres.row(row + k) + first_, readings_of_rows[k],
+                            sizeof readings_of_rows[k]);
+                std::memcpy(to_.edge_distance.row(row + k) + first_, edges_of_rows[k],
+                            sizeof edges_of_rows[k]);
+            }
+        }
     }
     int found() const { return hn::GetLane(hn::SumOfLanes(hn::RebindToSigned<D>(), found_)); }
 
 private:
+    /// A value on the vector's rows, the first of which is the tile's.
     struct Value {
         hn::Vec<D> top, step;
 
         Value(const BetweenCorners &value, int first) {
             const D d;
-            const auto column = ramp(d, first);
-            top = hn::Add(hn::Set(d, value.at), hn::Mul(column, hn::Set(d, value.across)));
+            const auto column =
+                hn::Add(hn::Load(d, block.x), hn::Set(d, static_cast<float>(first)));
             step = hn::Add(hn::Set(d, value.down), hn::Mul(column, hn::Set(d, value.twist)));
+            top = hn::Add(hn::Set(d, value.at), hn::Mul(column, hn::Set(d, value.across)));
+            if constexpr (rows > 1)
+                top = hn::Add(top, hn::Mul(hn::Load(d, block.y), step));
         }
     };
     Value u_, v_, scale_, shift_;
@@ -259,15 +295,15 @@ private:
 template <class LookUp>
 HWY_NOINLINE int draw_uneven(const LookUp &look_up, const Blocks &blocks, int x,
                              const DrawnTile &to) {
-    const hn::CappedTag<float, block_px> d;
+    using D = hn::CappedTag<float, block_px * block_px>;
     int found = 0;
     for (int column = x * block_px; column < (x + 1) * block_px;
-         column += static_cast<int>(hn::Lanes(d))) {
-        DrawnColumns<hn::CappedTag<float, block_px>> columns(look_up.places(), column, to);
+         column += DrawnColumns<D>::columns) {
+        DrawnColumns<D> columns(look_up.places(), column, to);
         for (int y = 0; y < blocks_across; ++y)
             if (!blocks.even(x, y)) {
                 columns.go_to(y * block_px);
-                look_up(d, columns);
+                look_up(D(), columns);
             }
         found += columns.found();
     }
