@@ -33,14 +33,14 @@ struct DrawnTile {
 };
 
 /// Tiles are looked up at the first pixels of blocks, and at those of the tiles beside.
-constexpr int block_px = mapped_block_px, blocks_across = mapped_tile_px / block_px;
-constexpr int grid_across = blocks_across + 1;
+inline constexpr int block_px = mapped_block_px, blocks_across = mapped_tile_px / block_px;
+inline constexpr int grid_across = blocks_across + 1;
 /// This grid's pixels row by row, filled up to whole vectors: columns and rows of the tile.
-constexpr int grid_pixels = 32;
+inline constexpr int grid_pixels = 32;
 struct Grid {
     HWY_ALIGN float x[grid_pixels], y[grid_pixels];
 };
-constexpr Grid grid = [] {
+inline constexpr Grid grid = [] {
     Grid pixels{};
     for (int y = 0; y < grid_across; ++y)
         for (int x = 0; x < grid_across; ++x) {
@@ -112,12 +112,13 @@ private:
 struct BlockPixels {
     HWY_ALIGN float x[block_px * block_px], y[block_px * block_px];
 };
-constexpr BlockPixels block = [] {
+inline constexpr BlockPixels block = [] {
     BlockPixels pixels{};
-    for (int i = 0; i < block_px * block_px; ++i) {
-        pixels.x[i] = static_cast<float>(i % block_px);
-        pixels.y[i] = static_cast<float>(i / block_px);
-    }
+    for (int y = 0; y < block_px; ++y)
+        for (int x = 0; x < block_px; ++x) {
+            pixels.x[y * block_px + x] = static_cast<float>(x);
+            pixels.y[y * block_px + x] = static_cast<float>(y);
+        }
     return pixels;
 }();
 
@@ -208,8 +209,8 @@ HWY_API Quarters<V> quarters_between(V from, V to) {
 
 /// Draws readings that are bilinear between those of the grid. Those of blocks that are not even
 /// may be anything.
-void draw_between(const std::uint16_t *HWY_RESTRICT grid_readings,
-                  ImageView<std::uint16_t> millimetres) {
+inline void draw_between(const std::uint16_t *HWY_RESTRICT grid_readings,
+                         ImageView<std::uint16_t> millimetres) {
     static_assert(block_px == 4);
     const hn::CappedTag<std::int16_t, blocks_across> of_blocks;
     const hn::CappedTag<std::int16_t, mapped_tile_px> d;
