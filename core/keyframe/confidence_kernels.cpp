@@ -31,7 +31,7 @@ std::uint32_t look_up_singly(const std::uint16_t *depth, const std::uint8_t *cla
 constexpr int run = 1;
 class RunLookUp {
 public:
-    explicit RunLookUp(const std::uint8_t *table) : table_(table) {}
+    RunLookUp(const std::uint8_t *table, int /*bin*/) : table_(table) {}
     void operator()(const std::uint16_t *depth, const std::uint8_t *classes,
                     std::uint8_t *confidence) {
         sum_ += look_up_singly(depth, classes, run, table_, confidence);
@@ -59,7 +59,8 @@ using Depths = hn::CappedTag<std::uint16_t, run / 2>;
 /// Looks up runs of pixels, most of which have depths in the same two bins as the run before.
 class RunLookUp {
 public:
-    explicit RunLookUp(const std::uint8_t *table) : table_(table) { go_to(0); }
+    /// `bin`: of one of the pixels.
+    RunLookUp(const std::uint8_t *table, int bin) : table_(table) { go_to(bin); }
 
     void operator()(const std::uint16_t *depth, const std::uint8_t *classes,
                     std::uint8_t *confidence) {
@@ -92,8 +93,8 @@ private:
     void go_to(int bin) {
         bin_ = std::min(bin, depth_bins - 2);
         first_of_bins_ = static_cast<std::uint16_t>(bin_ * depth_bin_mm);
-        bins_mm_ = bin_ < depth_bins - 2 ? std::uint16_t{2 * depth_bin_mm}
-                                         : static_cast<std::uint16_t>(0xffff - first_of_bins_);
+        most_beyond_ = static_cast<std::uint16_t>(bin_ < depth_bins - 2 ? 2 * depth_bin_mm - 1
+                                                                        : 0xffff - first_of_bins_);
     }
     template <class M>
     static hn::Vec<Classes> narrowed(M left, M right) {
@@ -110,7 +111,8 @@ private:
     template <class V>
     hn::Mask<Depths> in_bins(V depths) const {
         const Depths d;
-        return hn::Lt(hn::Sub(depths, hn::Set(d, first_of_bins_)), hn::Set(d, bins_mm_));
+        const auto beyond = hn::Sub(depths, hn::Set(d, first_of_bins_)); // much, if before
+        return hn::Eq(hn::Min(beyond, hn::Set(d, most_beyond_)), beyond);
     }
     /// Confidences of those that are in the bins, of the first layer; of others they are anything.
     template <class V, class V8>
@@ -154,7 +156,7 @@ private:
 
     const std::uint8_t *table_;
     int bin_;
-    std::uint16_t first_of_bins_, bins_mm_; ///< millimetres
+    std::uint16_t first_of_bins_, most_beyond_; ///< of the depths in both bins, millimetres
     hn::Vec<Sums> sums_ = hn::Zero(Sums());
     std::uint32_t singly_ = 0;
 };
@@ -189,8 +191,19 @@ DepthExtent range_of(ImageView<const std::uint16_t> depth) {
 
 std::uint32_t look_up(const JudgedPixels &pixels, const std::uint8_t *table,
                       ImageView<std::uint8_t> confidence) {
+    std::uint16_t some = 0;
+    for (int v = 0; v < pixels.depth.height() && some == 0; ++v) {
+        const std::uint16_t *const row = pixels.depth.row(v), *const end = row + confidence.width();
+        const auto *const found = std::find_if(row, end, [](std::uint16_t mm) { return mm != 0; });
+        some = found == end ? 0 : *found;
+    }
+    if (some == 0) {
+        for (int v = 0; v < confidence.height(); ++v)
+            std::fill_n(confidence.row(v), confidence.width(), std::uint8_t{0});
+        return 0;
+    }
     std::uint32_t sum = 0;
-    RunLookUp look_up_run(table);
+    RunLookUp look_up_run(table, depth_bin(some));
     int u = 0;
     for (; u + run <= confidence.width(); u += run) {
         const std::uint16_t *depth = pixels.depth.data() + u;
