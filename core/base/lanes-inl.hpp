@@ -83,8 +83,8 @@ template <class D>
 [[maybe_unused]] HWY_API hn::Vec<D> gather(D d, const float *from,
                                            hn::Vec<hn::RebindToSigned<D>> index) {
 #if HWY_ARCH_ARM_V7
-    // Highway goes through memory; two lanes at a time may be moved to and from the processor's
-    // own registers.
+    // Highway stores the indices and loads them again one by one. It takes fewer instructions to
+    // move two lanes at a time between a vector and two core registers.
     if constexpr (hn::MaxLanes(D()) == 4) {
         const hn::Repartition<std::uint64_t, D> pairs;
         const auto two = [&](std::uint64_t at) {
@@ -106,13 +106,13 @@ template <class V>
 struct Neighbours {
     V a, b, c, e;
 };
-/// Those of which the first ones are at from[place] of each lane; rows are `stride` values apart.
+/// For each lane the neighbours of which the first is from[place]; rows are `stride` values apart.
 template <class D>
 [[maybe_unused]] HWY_API Neighbours<hn::Vec<D>>
 neighbours_at(D d, const float *from, std::ptrdiff_t stride, const std::int32_t *places) {
     const float *const upper = from, *const lower = from + stride;
 #if HWY_TARGET != HWY_SCALAR // which has no pairs
-    // Such instruction sets load two at once, but look up one by one.
+    // Instruction sets with 4 lanes have no gather instruction, or a slow one: they load pairs.
     if constexpr (hn::MaxLanes(D()) == 4) {
         const hn::Half<D> pair;
         const auto two = [&](const float *row, int i) HWY_ATTR {

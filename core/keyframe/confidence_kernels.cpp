@@ -56,10 +56,10 @@ constexpr int run = 2 * class_layer;
 using Classes = hn::CappedTag<std::uint8_t, run>;
 using Depths = hn::CappedTag<std::uint16_t, run / 2>;
 
-/// Looks up runs of pixels, most of which have depths in the same two bins as the run before.
+/// Looks up runs of pixels. It tries first the two bins of the run before, which most runs are in.
 class RunLookUp {
 public:
-    /// `bin`: of one of the pixels.
+    /// `bin`: that of any pixel with depth, so that the table has values for it.
     RunLookUp(const std::uint8_t *table, int bin) : table_(table) { go_to(bin); }
 
     void operator()(const std::uint16_t *depth, const std::uint8_t *classes,
@@ -111,7 +111,8 @@ private:
     template <class V>
     hn::Mask<Depths> in_bins(V depths) const {
         const Depths d;
-        const auto beyond = hn::Sub(depths, hn::Set(d, first_of_bins_)); // much, if before
+        const auto beyond =
+            hn::Sub(depths, hn::Set(d, first_of_bins_)); // nearer depths wrap around
         return hn::Eq(hn::Min(beyond, hn::Set(d, most_beyond_)), beyond);
     }
     /// Confidences of those that are in the bins, of the first layer; of others they are anything.
@@ -131,7 +132,8 @@ private:
         hn::StoreU(confidences, Classes(), to);
         sums_ = hn::Add(sums_, hn::SumsOf8(confidences));
     }
-    /// Two bins after the other, from those of the nearest depth on that is not `done`.
+    /// A run of more than two bins: looks up two bins at a time, beginning with that of the nearest
+    /// depth that is not `done`, until all are.
     template <class V, class V8>
     void look_up_all(V left, V right, V8 of, V8 done, std::uint8_t *confidence) {
         const Classes d8;
@@ -156,7 +158,8 @@ private:
 
     const std::uint8_t *table_;
     int bin_;
-    std::uint16_t first_of_bins_, most_beyond_; ///< of the depths in both bins, millimetres
+    std::uint16_t first_of_bins_; ///< the least depth in both bins, millimetres
+    std::uint16_t most_beyond_;   ///< how much more the greatest one is, millimetres
     hn::Vec<Sums> sums_ = hn::Zero(Sums());
     std::uint32_t singly_ = 0;
 };

@@ -11,7 +11,7 @@ namespace afterglow {
 constexpr int mapped_tile_px = 16;
 /// Side of the square blocks of a tile, pixels.
 constexpr int mapped_block_px = 4;
-/// A block whose corners are no nearer to an edge than this has none inside, pixels.
+/// If all corners of a block are at least so many pixels from depth edges, no edge crosses it.
 constexpr int edge_free_block = 3;
 /// Points that are displaced by no more than this against each other hide nothing of each other,
 /// pixels.
@@ -31,8 +31,8 @@ struct MappedTile {
     /// The corners and what is between them are on one surface. If not, the corners have the depth
     /// 1 / inverse_depth, and points of other depths are displaced by their parallax.
     bool one_surface = true;
-    /// Readings may be drawn between those at the corners of blocks: holes that are smaller than a
-    /// block are filled.
+    /// Readings may be interpolated between those at the corners of blocks. Holes of up to 3
+    /// pixels, between two corners, are then drawn over.
     bool interpolated = true;
     /// If not one surface: 1/m, and pixels of the surface times metres. A point whose inverse depth
     /// is w more than that of the corners is seen where these put the pixel that is parallax w
@@ -49,11 +49,15 @@ struct MappedTile {
 /// surface at the pixel's place: if the corners are on one surface, the point's, moved along the
 /// slope between the corners; else bilinear between the four points around the place, if they are
 /// on one surface. A pixel whose point is searched for shows nothing if the last one found is not
-/// seen there: what is behind it was hidden. The first pixels of blocks are looked up first: where
-/// the four at a block's corners are of one surface and not near edges, readings are bilinear
-/// between them, and the edge distance is their mean. Points nearer to an edge than
-/// `least_edge_distance` are left out. `z` has at least 2 rows and columns. The images begin at the
-/// tile's first pixel and have as many columns. Returns how many pixels have depth. Real-time safe.
+/// seen there: what is behind it was hidden. Points nearer to an edge than `least_edge_distance`
+/// are left out.
+///
+/// If tile.interpolated, the corners of all blocks are looked up first. A block whose corners show
+/// one surface, `edge_free_block` pixels or more from edges, gets readings that are bilinear
+/// between them and the mean of their edge distances; its other pixels are not looked up.
+///
+/// `z` has at least 2 rows and columns. The images begin at the tile's first pixel and have as many
+/// columns. Returns how many pixels have depth. Real-time safe.
 int draw_mapped(const MappedTile &tile, ImageView<const float> z, int least_edge_distance,
                 ImageView<std::uint16_t> millimetres, ImageView<std::uint8_t> edge_distance);
 

@@ -105,8 +105,8 @@ private:
     /// Where the surface's depths have the first of four neighbours, how far a place is from that
     /// one, columns and rows, and the inverse depth, 1/m, of points that are seen there.
     struct Neighbourhoods {
-        HWY_ALIGN std::int32_t first[grid_pixels];
-        HWY_ALIGN float right[grid_pixels], down[grid_pixels], inverse_depth[grid_pixels];
+        HWY_ALIGN std::int32_t first[most_pixels];
+        HWY_ALIGN float right[most_pixels], down[most_pixels], inverse_depth[most_pixels];
     };
 
     template <class D, class Pixels>

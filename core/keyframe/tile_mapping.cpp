@@ -184,8 +184,8 @@ bool TileMapping::map_surface(int x, int y, const Mapping &by) {
            shows_its_points(x, y, by.surface);
 }
 
-/// By corners of its own, if points are displaced by few pixels: at the mean of the nearest and the
-/// farthest point's inverse depths, or, if the tile is searched, at the nearest.
+/// By corners of its own: those of the nearest depth, if points have to be searched for; else those
+/// of the mean of the nearest and the farthest point's inverse depths.
 bool TileMapping::map_by_parallax(int x, int y, const Mapping &by) {
     const Tile &tile = tiles()(x, y);
     if (!(tile.parallax_px < most_displacement_px_))
@@ -212,8 +212,9 @@ bool TileMapping::map_by_parallax(int x, int y, const Mapping &by) {
     return true;
 }
 
-/// Whether readings of the tile may be drawn between others, and so over holes: where it has none,
-/// or where cracks of any width are filled. They are a pixel narrower than what a block may hide.
+/// Whether the tile's readings may be interpolated between the corners of blocks, which draws over
+/// holes of up to 3 pixels: if the tile has no holes, or if cracks of up to 2 pixels are filled
+/// anyway.
 bool TileMapping::may_interpolate(const Tile &tile, const DepthSurface &surface) {
     static_assert(widest_crack_px + 1 == mapped_block_px - 1);
     return !tile.seen.holes() || surface.options().crack_px == widest_crack_px;

@@ -24,7 +24,7 @@ namespace afterglow {
 /// What is to be seen on a tile of a view.
 enum class TileContent : std::uint8_t {
     nothing, ///< no point of the surface
-    mapped,  ///< points that the corners lead to
+    mapped,  ///< points that are found by the tile's corners
     mixed,   ///< anything else
 };
 
@@ -96,15 +96,15 @@ public:
     }
 
 private:
-    /// Pieces of the surface: all that tiles want to know of them. As numbers of which the greater
-    /// one counts, so that several are added at once.
+    /// What a tile has to know of the pieces of the surface that are seen on it. Each value is kept
+    /// as a number whose maximum counts, so that one vector instruction adds another set of pieces.
     class SeenPieces {
     public:
         SeenPieces() = default; ///< nothing
-        /// One piece. Depths in metres, not negative: their bits have the same order.
+        /// One piece. Depths in metres, not negative: their bits have the order of the depths.
         SeenPieces(float nearest, float farthest, int least_edge_distance, bool holes)
             : most_{~std::bit_cast<std::uint32_t>(nearest), std::bit_cast<std::uint32_t>(farthest),
-                    255 - static_cast<std::uint32_t>(least_edge_distance), holes} {}
+                    ~static_cast<std::uint32_t>(least_edge_distance), holes} {}
 
         void add(const SeenPieces &other) {
             for (std::size_t i = 0; i < most_.size(); ++i)
@@ -112,7 +112,7 @@ private:
         }
         float nearest() const { return std::bit_cast<float>(~most_[0]); }
         float farthest() const { return std::bit_cast<float>(most_[1]); } ///< 0: nothing is seen
-        int least_edge_distance() const { return 255 - static_cast<int>(most_[2]); }
+        int least_edge_distance() const { return static_cast<int>(~most_[2]); }
         bool holes() const { return most_[3] != 0; }
 
     private:

@@ -32,23 +32,28 @@ struct DrawnTile {
     ImageView<std::uint8_t> edge_distance;
 };
 
-/// Tiles are looked up at the first pixels of blocks, and at those of the tiles beside.
+/// The grid: the first pixel of each block of a tile, and those of the blocks of the next tiles
+/// that are at its right and below. They are looked up first.
 inline constexpr int block_px = mapped_block_px, blocks_across = mapped_tile_px / block_px;
 inline constexpr int grid_across = blocks_across + 1;
-/// This grid's pixels row by row, filled up to whole vectors: columns and rows of the tile.
-inline constexpr int grid_pixels = 32;
-struct Grid {
-    HWY_ALIGN float x[grid_pixels], y[grid_pixels];
+/// So many pixels at once, at most: those of the grid, filled up to whole vectors.
+inline constexpr int most_pixels = 32;
+
+/// Columns and rows of the pixels of a square, row by row, each `step` from the next.
+struct SquarePixels {
+    HWY_ALIGN float x[most_pixels], y[most_pixels];
 };
-inline constexpr Grid grid = [] {
-    Grid pixels{};
-    for (int y = 0; y < grid_across; ++y)
-        for (int x = 0; x < grid_across; ++x) {
-            pixels.x[y * grid_across + x] = static_cast<float>(x * block_px);
-            pixels.y[y * grid_across + x] = static_cast<float>(y * block_px);
-        }
+constexpr SquarePixels pixels_of_square(int across, int step) {
+    SquarePixels pixels{};
+    for (int i = 0; i < across * across; ++i) {
+        const int column = i % across, row = i / across;
+        pixels.x[i] = static_cast<float>(column * step);
+        pixels.y[i] = static_cast<float>(row * step);
+    }
     return pixels;
-}();
+}
+inline constexpr SquarePixels grid = pixels_of_square(grid_across, block_px);
+inline constexpr SquarePixels block = pixels_of_square(block_px, 1);
 
 /// Bilinear between a tile's corners, at pixel (x, y) of the tile: at + x across + y (down + x
 /// twist).
@@ -100,30 +105,16 @@ public:
         hn::Store(inverse_depth, d, inverse_depths + i * lanes);
     }
 
-    HWY_ALIGN std::uint16_t readings[grid_pixels]; ///< millimetres
-    HWY_ALIGN std::int32_t edges[grid_pixels];     ///< distances, pixels; 0: nothing is seen
-    HWY_ALIGN float inverse_depths[grid_pixels];   ///< of points that were searched for, 1/m
+    HWY_ALIGN std::uint16_t readings[most_pixels]; ///< millimetres
+    HWY_ALIGN std::int32_t edges[most_pixels];     ///< distances, pixels; 0: nothing is seen
+    HWY_ALIGN float inverse_depths[most_pixels];   ///< of points that were searched for, 1/m
 
 private:
     const TilePlaces &places_;
 };
 
-/// The pixels of a block row by row: columns and rows of the block.
-struct BlockPixels {
-    HWY_ALIGN float x[block_px * block_px], y[block_px * block_px];
-};
-inline constexpr BlockPixels block = [] {
-    BlockPixels pixels{};
-    for (int y = 0; y < block_px; ++y)
-        for (int x = 0; x < block_px; ++x) {
-            pixels.x[y * block_px + x] = static_cast<float>(x);
-            pixels.y[y * block_px + x] = static_cast<float>(y);
-        }
-    return pixels;
-}();
-
-/// Columns of a tile, as many as a block has, or as a vector has lanes if these are fewer: blocks
-/// of them are drawn, as many rows at a time as a vector holds.
+/// Draws pixels of a tile in columns: as many as a block has, or as a vector has lanes if that is
+/// fewer. One vector holds pixels of one or several rows.
 template <class D>
 class DrawnColumns {
 public:
@@ -136,7 +127,7 @@ public:
           shift_(places.shift, first), to_(to), first_(first),
           found_(hn::Zero(hn::RebindToSigned<D>())) {}
 
-    /// What follows is about the block that begins on this row.
+    /// at() and put() are about the block whose first row is this row of the tile.
     void go_to(int row) { row_ = row; }
     HWY_INLINE auto at(BetweenCorners TilePlaces::*of, int i) const {
         const Value &value = of == &TilePlaces::u       ? u_
@@ -173,7 +164,8 @@ public:
     int found() const { return hn::GetLane(hn::SumOfLanes(hn::RebindToSigned<D>(), found_)); }
 
 private:
-    /// A value on the vector's rows, the first of which is the tile's.
+    /// A value at the lanes of a vector that begins on the tile's first row, and the step to the
+    /// next row.
     struct Value {
         hn::Vec<D> top, step;
 
@@ -207,8 +199,8 @@ HWY_API Quarters<V> quarters_between(V from, V to) {
             hn::Sub(to, quarter)};
 }
 
-/// Draws readings that are bilinear between those of the grid. Those of blocks that are not even
-/// may be anything.
+/// Draws the readings of all blocks of a tile bilinearly between those of the grid, millimetres.
+/// Blocks that are not even are drawn over afterwards.
 inline void draw_between(const std::uint16_t *HWY_RESTRICT grid_readings,
                          ImageView<std::uint16_t> millimetres) {
     static_assert(block_px == 4);
@@ -234,13 +226,14 @@ inline void draw_between(const std::uint16_t *HWY_RESTRICT grid_readings,
         }
 }
 
-/// What follows for blocks from the grid's pixels at their corners: none is even before find().
+/// Which blocks of a tile are even: the points seen at their corners, pixels of the grid, are of
+/// one surface and not near an edge. Before find() none is.
 class Blocks {
 public:
     /// `most_apart`: how far from each other the inverse depths of points that were searched for
     /// may be on an even block, 1/m.
-    template <bool searched, class Grid>
-    void find(const Grid &seen, float most_apart) {
+    template <bool searched, class Seen>
+    void find(const Seen &seen, float most_apart) {
         const hn::CappedTag<float, blocks_across> d;
         const hn::RebindToSigned<decltype(d)> di;
         auto all = hn::Set(di, ~0);
@@ -273,7 +266,6 @@ public:
     }
 
     bool all_even() const { return all_even_; }
-    /// The points at its corners are of one surface and not near an edge.
     bool even(int x, int y) const { return edge_[y][x] > 0; }
     /// Draws the edge distances: of even blocks the mean of their corners'.
     void draw_edges(ImageView<std::uint8_t> edge_distance) const {
@@ -311,14 +303,15 @@ HWY_NOINLINE int draw_uneven(const LookUp &look_up, const Blocks &blocks, int x,
     return found;
 }
 
-/// Draws a tile: look_up(tag, pixels) puts what is seen there at a SeenGrid or DrawnColumns.
+/// Draws a tile. look_up(tag, pixels) finds what is seen at the pixels of a SeenGrid or of
+/// DrawnColumns, and hands it to their put().
 /// Returns how many pixels have depth.
 template <bool searched, class LookUp>
 int draw_tile(const MappedTile &tile, const LookUp &look_up, const DrawnTile &to) {
-    const hn::CappedTag<float, grid_pixels> d;
+    const hn::CappedTag<float, most_pixels> d;
     Blocks blocks;
     if (tile.interpolated) {
-        SeenGrid<hn::CappedTag<float, grid_pixels>> seen(look_up.places());
+        SeenGrid<hn::CappedTag<float, most_pixels>> seen(look_up.places());
         look_up(d, seen);
         const float parallax = std::abs(tile.parallax_u) + std::abs(tile.parallax_v);
         blocks.find<searched>(seen, alike_displacement_px / parallax);

@@ -25,12 +25,12 @@ struct WarpOptions {
 
 /// Draws a measured surface as another view shows it.
 ///
-/// On tiles of the view whose points hide nothing of each other, or are displaced by few pixels,
-/// each pixel looks up its point on the surface (TileMapping). Elsewhere the points are reprojected
-/// forwards (Noraky & Sze 2019 Eq. 9 of the reprojection section): each lands on the pixel nearest
-/// to its projection, its depth moved to that pixel's centre along the surface's own slope; of
-/// several, the nearest wins. The minimum does not depend on order, so the result is the same
-/// whatever the number of workers.
+/// On mapped tiles of the view each pixel looks up its point on the surface (TileMapping). On
+/// others, at the border of the view, or if `edges_hide` where points hide others, they are
+/// reprojected forwards (Noraky & Sze 2019 Eq. 9 of the reprojection section): each lands on the
+/// pixel nearest to its projection, its depth moved to that pixel's centre along the surface's own
+/// slope; of several, the nearest wins. The minimum does not depend on order, so the result is the
+/// same whatever the number of workers.
 ///
 /// Allocates when made; the calls are real-time safe.
 class Warp {
