@@ -98,8 +98,8 @@ void add_keyframe(ParameterTable &table, KeyframeOptions &k, std::string &sensor
               "Half the window of the edge-preserving smoothing; raise it for a noisy sensor, 0 "
               "leaves maps as they are.");
     table.add("surface.crack_px", &k.surface.crack_px, {0, widest_crack_px, "pixels"},
-              "Widest crack of a surface that is filled; lower it to publish only depth that was "
-              "measured, 0 fills none.");
+              "Widest crack of a surface that is filled; 2 also fills holes of 3 pixels away from "
+              "depth edges; lower it to publish only depth that was measured, 0 fills none.");
     table.section("template", "Preset default: which points of a keyframe images are aligned with.",
                   method);
     table.add(
