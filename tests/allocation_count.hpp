@@ -8,3 +8,6 @@
 /// does. Counted in unit_tests only, also under AddressSanitizer; ThreadSanitizer leaves the
 /// aligned ones out, and no case that is tagged [tsan] asks. Any thread may call it.
 std::uint64_t allocation_count();
+
+/// The same of the calling thread alone.
+std::uint64_t thread_allocation_count();

@@ -19,12 +19,23 @@
 
 namespace {
 
-std::atomic<std::uint64_t> allocations = 0; // constant initialised: malloc runs before main
+// Constant initialised: malloc runs before main.
+std::atomic<std::uint64_t> allocations = 0;
+thread_local std::uint64_t thread_allocations = 0;
+
+void count_allocation() {
+    ++allocations;
+    ++thread_allocations;
+}
 
 } // namespace
 
 std::uint64_t allocation_count() {
     return allocations;
+}
+
+std::uint64_t thread_allocation_count() {
+    return thread_allocations;
 }
 
 #ifdef AFTERGLOW_SANITIZED
@@ -35,7 +46,7 @@ extern "C" int __sanitizer_install_malloc_and_free_hooks( // NOLINT(bugprone-res
 namespace {
 
 [[maybe_unused]] const int hooks = __sanitizer_install_malloc_and_free_hooks(
-    [](const volatile void *, std::size_t) { ++allocations; }, [](const volatile void *) {});
+    [](const volatile void *, std::size_t) { count_allocation(); }, [](const volatile void *) {});
 
 } // namespace
 
@@ -51,28 +62,28 @@ extern "C" void *__libc_memalign(std::size_t, std::size_t);
 #define AFTERGLOW_REPLACES extern "C" __attribute__((visibility("default")))
 
 AFTERGLOW_REPLACES void *malloc(std::size_t size) noexcept {
-    ++allocations;
+    count_allocation();
     return __libc_malloc(size);
 }
 AFTERGLOW_REPLACES void *calloc(std::size_t count, std::size_t size) noexcept {
-    ++allocations;
+    count_allocation();
     return __libc_calloc(count, size);
 }
 AFTERGLOW_REPLACES void *realloc(void *memory, std::size_t size) noexcept {
-    ++allocations;
+    count_allocation();
     return __libc_realloc(memory, size);
 }
 AFTERGLOW_REPLACES void *memalign(std::size_t alignment, std::size_t size) noexcept {
-    ++allocations;
+    count_allocation();
     return __libc_memalign(alignment, size);
 }
 AFTERGLOW_REPLACES void *aligned_alloc(std::size_t alignment, std::size_t size) noexcept {
-    ++allocations;
+    count_allocation();
     return __libc_memalign(alignment, size);
 }
 AFTERGLOW_REPLACES int posix_memalign(void **memory, std::size_t alignment,
                                       std::size_t size) noexcept {
-    ++allocations;
+    count_allocation();
     if (alignment % sizeof(void *) != 0 || (alignment & (alignment - 1)) != 0 || alignment == 0)
         return EINVAL;
     void *const allocated = __libc_memalign(alignment, size);
@@ -103,14 +114,17 @@ TEST_CASE("the allocation counter counts every allocation function on every thre
     for (const auto &[name, allocate] : ways) {
         INFO(name);
         void *memory = nullptr;
-        std::uint64_t before = 0, after = 0;
+        std::uint64_t before = 0, after = 0, of_thread = 0;
         std::thread([&, allocate = &allocate] {
+            of_thread = thread_allocation_count();
             before = allocation_count();
             memory = (*allocate)();
             after = allocation_count();
+            of_thread = thread_allocation_count() - of_thread;
         }).join();
         CHECK(memory != nullptr);
         CHECK(after == before + 1);
+        CHECK(of_thread == 1);
         if (std::string(name) == "aligned operator new")
             ::operator delete (memory, std::align_val_t{64});
         else if (std::string(name) == "operator new")
