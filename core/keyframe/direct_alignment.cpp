@@ -30,6 +30,8 @@ static_assert(inlier_bins * Residuals::bin_width == 2.5f);
 /// later, since no other improves on it.
 constexpr float coarse_step = 0.1f, last_step = 0.03f;
 constexpr float lowest_gain = 0.4f, highest_gain = 2.5f;
+/// Of residuals that have not been looked at: generous until they have shown their own.
+constexpr float first_scale = 8.0f;
 /// Geman-McClure width in units of the residuals' own scale.
 constexpr float robust_width = 2.5f;
 
@@ -113,6 +115,12 @@ struct DirectAlignment::Sums : Part {
     }
 };
 
+/// What steps have shown of a level's residuals.
+struct DirectAlignment::Fit {
+    float scale = first_scale; ///< of the last step's, in expected deviations
+    Matrix curvature; ///< normal matrix of the first step; of later ones, which are short, too
+};
+
 void DirectAlignment::Part::clear() {
     products.clear();
     histogram.fill(0);
@@ -188,13 +196,20 @@ void DirectAlignment::sum_up_part(const TemplatePoints &points, int begin, int e
 
 bool DirectAlignment::refine(const AlignmentTemplate &reference, const Pyramid &image,
                              const PosePrior &prior, int coarsest, int finest, Placement &at) {
+    Fit fit;
+    return refine(reference, image, prior, coarsest, finest, at, fit);
+}
+
+bool DirectAlignment::refine(const AlignmentTemplate &reference, const Pyramid &image,
+                             const PosePrior &prior, int coarsest, int finest, Placement &at,
+                             Fit &fit) {
     Placement found = at;
     Sums sums;
     for (int level = coarsest; level >= finest; --level) {
         const int all = reference.points(level).count;
         const float enough = level > finest ? coarse_step : last_step;
-        float scale = 8.0f; // generous until the residuals have shown their own
-        Matrix curvature;   // of the level's first step: later ones are short
+        float &scale = fit.scale;
+        scale = first_scale;
         for (int i = 0; i < options_.iterations_per_level; ++i) {
             look_up(reference, image, level, found);
             if (i == 0) {
@@ -205,11 +220,11 @@ bool DirectAlignment::refine(const AlignmentTemplate &reference, const Pyramid &
             if (sums.visible < std::min(options_.least_points, all / 2) || sums.visible < 12)
                 return false; // nothing to hold on to
             if (i == 0)
-                curvature = sums.normal_matrix();
+                fit.curvature = sums.normal_matrix();
             else
                 scale = std::clamp(sums.scale(), 0.5f * scale, 2.0f * scale);
             // Damping relative to each unknown's own curvature.
-            Matrix H = curvature;
+            Matrix H = fit.curvature;
             Vector g = sums.right_side();
             const float stiffness = scale * scale / options_.independent_share;
             H.topLeftCorner<6, 6>() += stiffness * prior.information;
@@ -233,7 +248,7 @@ bool DirectAlignment::refine(const AlignmentTemplate &reference, const Pyramid &
             const float gain = found.gain + gain_unit * x[at_gain];
             found.offset += x[at_offset] - gain_unit * middle_grey * x[at_gain];
             found.gain = std::clamp(gain, lowest_gain, highest_gain);
-            // The step's square in standard deviations, as judge() has them.
+            // The step's square in standard deviations, as assess() has them.
             if (x.dot(g) < enough * enough * stiffness)
                 break;
         }
@@ -245,45 +260,58 @@ bool DirectAlignment::refine(const AlignmentTemplate &reference, const Pyramid &
 Alignment DirectAlignment::align(const AlignmentTemplate &reference, const Pyramid &image,
                                  const Placement &start, const PosePrior &prior, int coarsest,
                                  int finest) {
-    Alignment result;
-    static_cast<Placement &>(result) = start;
-    if (refine(reference, image, prior, coarsest, finest, result))
-        result = judge(reference, image, result, finest, prior);
-    return result;
+    Placement found = start;
+    Fit fit;
+    if (!refine(reference, image, prior, coarsest, finest, found, fit)) {
+        Alignment failed;
+        static_cast<Placement &>(failed) = start;
+        return failed;
+    }
+    look_up(reference, image, finest, found);
+    return assess(reference, finest, prior, found, fit);
 }
 
-Alignment DirectAlignment::judge(const AlignmentTemplate &reference, const Pyramid &image,
-                                 const Placement &start, int level, const PosePrior &prior) {
-    Alignment at;
-    at.pose = start.pose;
-    at.skew = start.skew;
+float DirectAlignment::cost(const AlignmentTemplate &reference, const Pyramid &image,
+                            const Placement &at, int level) {
+    Placement fitted;
+    fitted.pose = at.pose;
+    fitted.skew = at.skew;
+    look_up(reference, image, level, fitted);
     Sums sums;
-    float scale = 8.0f;
-    look_up(reference, image, level, at);
-    for (int i = 0; i < 3; ++i) {
-        const bool last = i == 2;
-        sum_up(reference, level, at, scale, last ? Wanted::all : Wanted::brightness, sums);
-        if (sums.visible < options_.least_points)
-            return at;
+    float scale = first_scale;
+    for (int i = 0; i < 2; ++i) {
+        sum_up(reference, level, fitted, scale, Wanted::brightness, sums);
         scale = sums.scale();
-        if (last)
-            break;
         Eigen::Matrix2f H = sums.normal_matrix().bottomRightCorner<2, 2>();
         H(0, 0) += 1e-3f;
         H(1, 1) += 1e-3f;
         const Eigen::Vector2f x = H.ldlt().solve(sums.right_side().tail<2>());
-        if (!x.allFinite())
-            return at;
-        at.offset += x[1] - gain_unit * middle_grey * x[0];
-        at.gain = std::clamp(at.gain + gain_unit * x[0], lowest_gain, highest_gain);
+        if (sums.visible < options_.least_points || !x.allFinite())
+            return Alignment{}.cost;
+        fitted.offset += x[1] - gain_unit * middle_grey * x[0];
+        fitted.gain = std::clamp(fitted.gain + gain_unit * x[0], lowest_gain, highest_gain);
     }
+    sum_up(reference, level, fitted, scale, Wanted::scale, sums);
+    return sums.fixed_cost();
+}
+
+Alignment DirectAlignment::assess(const AlignmentTemplate &reference, int level,
+                                  const PosePrior &prior, const Placement &placed,
+                                  const Fit &fit) {
+    Alignment at;
+    static_cast<Placement &>(at) = placed;
+    Sums sums;
+    sum_up(reference, level, at, fit.scale, Wanted::brightness, sums);
+    if (sums.visible < options_.least_points)
+        return at;
+    const float scale = sums.scale();
     const float visible = static_cast<float>(sums.visible);
     at.points = sums.visible;
     at.residual_scale = scale;
     at.cost = sums.fixed_cost();
     at.inlier_share = static_cast<float>(sums.inliers()) / visible;
     at.visible_share = visible / static_cast<float>(reference.points(level).count);
-    Matrix H = sums.normal_matrix() * (options_.independent_share / (scale * scale));
+    Matrix H = fit.curvature * (options_.independent_share / (scale * scale));
     H.topLeftCorner<6, 6>() += prior.information;
     for (int k = 0; k < 3; ++k)
         H(at_skew + k, at_skew + k) += 1.0f / (prior.skew_rad * prior.skew_rad + 1e-10f);

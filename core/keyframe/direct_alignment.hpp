@@ -72,13 +72,13 @@ public:
     bool refine(const AlignmentTemplate &reference, const Pyramid &image, const PosePrior &prior,
                 int coarsest, int finest, Placement &at);
 
-    /// The fit at the pose and skew of `start` as they are, on one level; gain and offset are
-    /// estimated, pose and skew are not.
-    Alignment judge(const AlignmentTemplate &reference, const Pyramid &image,
-                    const Placement &start, int level, const PosePrior &prior = {});
+    /// Alignment::cost at the pose and skew of `at` on one level, with the gain and offset that fit
+    /// best there; 1e9 where too few points are in view.
+    float cost(const AlignmentTemplate &reference, const Pyramid &image, const Placement &at,
+               int level);
 
-    /// refine() from `start`, then judge(). Where refine() fails the result is not good and is
-    /// placed as `start`.
+    /// refine() from `start`, and how good the result is. Where refine() fails it is not good and
+    /// is placed as `start`.
     Alignment align(const AlignmentTemplate &reference, const Pyramid &image,
                     const Placement &start, const PosePrior &prior, int coarsest, int finest);
 
@@ -93,8 +93,15 @@ private:
         void add(const Part &other);
     };
     struct Sums;
+    struct Fit;
     /// Which products sum_up() finds: none, those of gain and offset, those with the error, or all.
     enum class Wanted { scale, brightness, error, all };
+    /// `fit`: of the last level.
+    bool refine(const AlignmentTemplate &reference, const Pyramid &image, const PosePrior &prior,
+                int coarsest, int finest, Placement &at, Fit &fit);
+    /// How good a placement is that has been looked up last; `fit` is of the steps that led to it.
+    Alignment assess(const AlignmentTemplate &reference, int level, const PosePrior &prior,
+                     const Placement &placed, const Fit &fit);
     /// Fills grey_ with what the image shows at the points of a level.
     void look_up(const AlignmentTemplate &reference, const Pyramid &image, int level,
                  const Placement &at);

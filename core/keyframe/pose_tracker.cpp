@@ -70,7 +70,7 @@ Alignment PoseTracker::search(const AlignmentTemplate &reference, const Pyramid 
         if (!alignment_.refine(reference, image, prior, coarsest, middle, other))
             continue;
         const auto cost = [&](const Placement &at) {
-            return alignment_.judge(reference, image, at, middle).cost;
+            return alignment_.cost(reference, image, at, middle);
         };
         if (!found || cost(other) < cost(from))
             from = other;
@@ -98,7 +98,7 @@ Pose PoseTracker::search_rotation(const AlignmentTemplate &reference, const Pyra
         for (int x = -3; x <= 3; ++x) {
             Placement at;
             at.pose = Pose{rotation({y * step, x * step, 0}), Eigen::Vector3d::Zero()} * around;
-            const float cost = alignment_.judge(reference, image, at, level).cost;
+            const float cost = alignment_.cost(reference, image, at, level);
             if (cost < least) {
                 least = cost;
                 best = at.pose;
