@@ -117,7 +117,7 @@ struct DirectAlignment::Sums : Part {
 
 /// What steps have shown of a level's residuals.
 struct DirectAlignment::Fit {
-    float scale = first_scale; ///< of the last step's, in expected deviations
+    float scale = 0; ///< of the last step's, in expected deviations; 0 = not known
     Matrix curvature; ///< normal matrix of the first step; of later ones, which are short, too
 };
 
@@ -208,12 +208,12 @@ bool DirectAlignment::refine(const AlignmentTemplate &reference, const Pyramid &
     for (int level = coarsest; level >= finest; --level) {
         const int all = reference.points(level).count;
         const float enough = level > finest ? coarse_step : last_step;
+        const bool scale_known = level == coarsest && fit.scale > 0;
         float &scale = fit.scale;
-        scale = first_scale;
         for (int i = 0; i < options_.iterations_per_level; ++i) {
             look_up(reference, image, level, found);
-            if (i == 0) {
-                sum_up(reference, level, found, scale, Wanted::scale, sums);
+            if (i == 0 && !scale_known) {
+                sum_up(reference, level, found, first_scale, Wanted::scale, sums);
                 scale = sums.scale();
             }
             sum_up(reference, level, found, scale, i == 0 ? Wanted::all : Wanted::error, sums);
@@ -259,9 +259,9 @@ bool DirectAlignment::refine(const AlignmentTemplate &reference, const Pyramid &
 
 Alignment DirectAlignment::align(const AlignmentTemplate &reference, const Pyramid &image,
                                  const Placement &start, const PosePrior &prior, int coarsest,
-                                 int finest) {
+                                 int finest, float scale) {
     Placement found = start;
-    Fit fit;
+    Fit fit{.scale = scale, .curvature = {}};
     if (!refine(reference, image, prior, coarsest, finest, found, fit)) {
         Alignment failed;
         static_cast<Placement &>(failed) = start;

@@ -78,9 +78,11 @@ public:
                int level);
 
     /// refine() from `start`, and how good the result is. Where refine() fails it is not good and
-    /// is placed as `start`.
+    /// is placed as `start`. `scale`: the Alignment::residual_scale that is expected on the coarsest
+    /// level; 0 = it is found there, as it is on the others.
     Alignment align(const AlignmentTemplate &reference, const Pyramid &image,
-                    const Placement &start, const PosePrior &prior, int coarsest, int finest);
+                    const Placement &start, const PosePrior &prior, int coarsest, int finest,
+                    float scale = 0);
 
 private:
     /// Of the residuals of some points.
@@ -96,7 +98,7 @@ private:
     struct Fit;
     /// Which products sum_up() finds: none, those of gain and offset, those with the error, or all.
     enum class Wanted { scale, brightness, error, all };
-    /// `fit`: of the last level.
+    /// `fit`: of the last level; its scale beforehand is that expected on the coarsest one.
     bool refine(const AlignmentTemplate &reference, const Pyramid &image, const PosePrior &prior,
                 int coarsest, int finest, Placement &at, Fit &fit);
     /// How good a placement is that has been looked up last; `fit` is of the steps that led to it.
