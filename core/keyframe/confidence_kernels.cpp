@@ -92,9 +92,9 @@ private:
 
     void go_to(int bin) {
         bin_ = std::min(bin, depth_bins - 2);
-        first_of_bins_ = static_cast<std::uint16_t>(bin_ * depth_bin_mm);
-        most_beyond_ = static_cast<std::uint16_t>(bin_ < depth_bins - 2 ? 2 * depth_bin_mm - 1
-                                                                        : 0xffff - first_of_bins_);
+        first_of_bins_ = static_cast<std::uint16_t>(first_of_bin(bin_));
+        last_of_bin_ = static_cast<std::uint16_t>(first_of_bin(bin_ + 1) - 1);
+        most_beyond_ = static_cast<std::uint16_t>(first_of_bin(bin_ + 2) - 1 - first_of_bins_);
     }
     template <class M>
     static hn::Vec<Classes> narrowed(M left, M right) {
@@ -120,9 +120,8 @@ private:
     V8 found(V left, V right, V8 of) const {
         const Classes d8;
         const Depths d;
-        const auto last_of_bin = static_cast<std::uint16_t>(first_of_bins_ + depth_bin_mm - 1);
         const auto is_next = [&](V depths)
-                                 HWY_ATTR { return hn::Gt(depths, hn::Set(d, last_of_bin)); };
+                                 HWY_ATTR { return hn::Gt(depths, hn::Set(d, last_of_bin_)); };
         const auto in_next = narrowed(is_next(left), is_next(right));
         const auto place = hn::Or(of, hn::And(in_next, hn::Set(d8, class_layer)));
         return hn::TableLookupBytes(hn::LoadU(d8, table_ + place_in_table(0, bin_)), place);
@@ -159,6 +158,7 @@ private:
     const std::uint8_t *table_;
     int bin_;
     std::uint16_t first_of_bins_; ///< the least depth in both bins, millimetres
+    std::uint16_t last_of_bin_;   ///< the greatest one in the first bin, millimetres
     std::uint16_t most_beyond_;   ///< how much more the greatest one is, millimetres
     hn::Vec<Sums> sums_ = hn::Zero(Sums());
     std::uint32_t singly_ = 0;

@@ -4,7 +4,7 @@
 #include "core/base/image.hpp"
 #include "core/keyframe/local_errors.hpp"
 
-#include <algorithm>
+#include <bit>
 #include <cstdint>
 
 namespace afterglow {
@@ -12,12 +12,18 @@ namespace afterglow {
 /// A pixel's class: the distance of its point from the next depth edge, below class_layer, and in
 /// which of several maps it lies.
 constexpr int class_layer = 8;
-/// Bins of depth by which confidences are told; the last has what is farther.
-constexpr int depth_bins = 128, depth_bin_mm = 100;
+/// Bins of depth by which confidences are told: four to an octave, as errors are shares of depth.
+constexpr int depth_bins = 60;
 
 constexpr int depth_bin(std::uint16_t millimetres) {
-    return std::min(millimetres / depth_bin_mm, depth_bins - 1);
+    const int octave = std::bit_width(millimetres) - 2; // the first ones have a millimetre a bin
+    return octave <= 0 ? millimetres : 4 * octave + (millimetres >> (octave - 1)) % 4;
 }
+/// The least depth in a bin, millimetres; of `depth_bins` that beyond all.
+constexpr int first_of_bin(int bin) {
+    return bin < 4 ? bin : (4 + bin % 4) << (bin / 4 - 1);
+}
+static_assert(depth_bin(0xffff) == depth_bins - 1 && first_of_bin(depth_bins) == 0x10000);
 /// Where a table has the confidence of a class and a bin: all edge distances of a bin are
 /// neighbours, then come the next bin's, then the next layer's.
 constexpr int place_in_table(int pixel_class, int bin) {

@@ -176,7 +176,8 @@ DepthComposer::ConfidenceTable DepthComposer::confidences(const ErrorScales &sca
         for (int d = 1; d <= far_from_edge; ++d) {
             const Layer &layer = layers_[static_cast<std::size_t>(l)];
             for (int bin = 0; bin < depth_bins; ++bin) {
-                const float z = (static_cast<float>(bin) + 0.5f) * 0.001f * depth_bin_mm;
+                const auto ends = static_cast<float>(first_of_bin(bin) + first_of_bin(bin + 1));
+                const float z = 0.5f * 0.001f * ends;
                 table[static_cast<std::size_t>(place_in_table(l * class_layer + d, bin))] =
                     estimated_confidence(layer.error.misplaced +
                                          pixel_error(layer.error, layer.noise,
