@@ -16,7 +16,7 @@ constexpr float least_visible_share = 0.1f;
 
 /// A map is drawn anew when its pixels show what is farther than this from what they should, or
 /// nearer or farther by this share of its depth.
-constexpr float same_place_px = 0.1f, same_depth = 0.0005f;
+constexpr float same_place_px = 0.25f, same_depth = 0.001f;
 
 /// Confidences of a cell are made anew when its local error has changed by this factor.
 constexpr float noticed_growth = 1.1f;
@@ -134,9 +134,11 @@ bool DepthComposer::looks_as_drawn(const Keyframe &keyframe, const Drawn &next) 
     const float f = static_cast<float>(camera_.fx);
     const Twist motion = next.shutter.motion - drawn_.shutter.motion;
     const double nearest = keyframe.surface.options().nearest_m;
-    const float by_shutter = f * ((next.shutter.skew - drawn_.shutter.skew).norm() +
-                                  static_cast<float>(motion.tail<3>().norm()) +
-                                  static_cast<float>(motion.head<3>().norm() / nearest));
+    // Of the first and the last row, which are half a readout from the middle one.
+    const float by_shutter = 0.5f * f *
+                             ((next.shutter.skew - drawn_.shutter.skew).norm() +
+                              static_cast<float>(motion.tail<3>().norm()) +
+                              static_cast<float>(motion.head<3>().norm() / nearest));
     if (!(by_shutter < same_place_px))
         return false;
     const Pose moved = next.pose * drawn_.pose.inverse();
