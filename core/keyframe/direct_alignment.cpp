@@ -267,7 +267,6 @@ Alignment DirectAlignment::align(const AlignmentTemplate &reference, const Pyram
         static_cast<Placement &>(failed) = start;
         return failed;
     }
-    look_up(reference, image, finest, found);
     return assess(reference, finest, prior, found, fit);
 }
 
