@@ -22,7 +22,7 @@ constexpr float robust_width2 = 6.25f;
 constexpr float independent_px2 = 320;
 constexpr double shape_independent_px2 = 32000;
 /// More readings than about this many, and closer ones than four pixels, add work and nothing else.
-constexpr float enough_readings = 4800;
+constexpr float enough_readings = 1600;
 constexpr int closest_px = 4;
 constexpr int least_compared = 100;
 /// No difference of depths counts for more, as a share of the depth.
