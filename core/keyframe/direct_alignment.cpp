@@ -35,6 +35,27 @@ constexpr float first_scale = 8.0f;
 /// Geman-McClure width in units of the residuals' own scale.
 constexpr float robust_width = 2.5f;
 
+/// How long the steps of a level are made. The weights change with the residuals, so that a step is
+/// followed by one in much the same direction, r times as long (r < 0 if it was too long). One of
+/// 1 / (1 - r) is as long as all of them together (Aitken).
+class Relaxation {
+public:
+    /// For the step x from where the gradient is g, by which x has been found.
+    float factor(const Vector &x, const Vector &g) {
+        constexpr float least = 0.5f, most = 1.5f;
+        if (square_ > 0)
+            factor_ = std::clamp(factor_ / std::max(1 - x_.dot(g) / square_, 0.1f), least, most);
+        x_ = x;
+        square_ = x.dot(g);
+        return factor_;
+    }
+
+private:
+    Vector x_ = Vector::Zero(); ///< the step before, as it was found
+    float square_ = 0;          ///< its square, in units of the normal matrix
+    float factor_ = 1;
+};
+
 /// Points that a worker takes at a time.
 constexpr int points_at_once = 8 * TemplatePoints::block;
 
@@ -117,7 +138,7 @@ struct DirectAlignment::Sums : Part {
 
 /// What steps have shown of a level's residuals.
 struct DirectAlignment::Fit {
-    float scale = 0; ///< of the last step's, in expected deviations; 0 = not known
+    float scale = 0;  ///< of the last step's, in expected deviations; 0 = not known
     Matrix curvature; ///< normal matrix of the first step; of later ones, which are short, too
 };
 
@@ -210,6 +231,7 @@ bool DirectAlignment::refine(const AlignmentTemplate &reference, const Pyramid &
         const float enough = level > finest ? coarse_step : last_step;
         const bool scale_known = level == coarsest && fit.scale > 0;
         float &scale = fit.scale;
+        Relaxation relaxation;
         for (int i = 0; i < options_.iterations_per_level; ++i) {
             look_up(reference, image, level, found);
             if (i == 0 && !scale_known) {
@@ -237,9 +259,10 @@ bool DirectAlignment::refine(const AlignmentTemplate &reference, const Pyramid &
             }
             for (int k = 0; k < unknowns; ++k)
                 H(k, k) += 1e-4f * H(k, k) + 1e-6f;
-            const Vector x = H.ldlt().solve(g);
-            if (!x.allFinite())
+            const Vector full = H.ldlt().solve(g);
+            if (!full.allFinite())
                 return false;
+            const Vector x = relaxation.factor(full, g) * full;
             const Twist step = x.head<6>().cast<double>();
             if (step.head<3>().norm() > 1.0 || step.tail<3>().norm() > 0.5)
                 return false;
@@ -249,7 +272,7 @@ bool DirectAlignment::refine(const AlignmentTemplate &reference, const Pyramid &
             found.offset += x[at_offset] - gain_unit * middle_grey * x[at_gain];
             found.gain = std::clamp(gain, lowest_gain, highest_gain);
             // The step's square in standard deviations, as assess() has them.
-            if (x.dot(g) < enough * enough * stiffness)
+            if (full.dot(g) < enough * enough * stiffness)
                 break;
         }
     }
@@ -295,8 +318,7 @@ float DirectAlignment::cost(const AlignmentTemplate &reference, const Pyramid &i
 }
 
 Alignment DirectAlignment::assess(const AlignmentTemplate &reference, int level,
-                                  const PosePrior &prior, const Placement &placed,
-                                  const Fit &fit) {
+                                  const PosePrior &prior, const Placement &placed, const Fit &fit) {
     Alignment at;
     static_cast<Placement &>(at) = placed;
     Sums sums;

@@ -78,8 +78,8 @@ public:
                int level);
 
     /// refine() from `start`, and how good the result is. Where refine() fails it is not good and
-    /// is placed as `start`. `scale`: the Alignment::residual_scale that is expected on the coarsest
-    /// level; 0 = it is found there, as it is on the others.
+    /// is placed as `start`. `scale`: the Alignment::residual_scale that is expected on the
+    /// coarsest level; 0 = it is found there, as it is on the others.
     Alignment align(const AlignmentTemplate &reference, const Pyramid &image,
                     const Placement &start, const PosePrior &prior, int coarsest, int finest,
                     float scale = 0);

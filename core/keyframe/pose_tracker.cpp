@@ -40,8 +40,8 @@ Alignment PoseTracker::track(const AlignmentTemplate &reference, const Pyramid &
     if (last && displacement_px(reference, finest, last->pose, starts[0]) < near_px) {
         Placement from = *last;
         from.pose = starts[0];
-        Alignment next = alignment_.align(reference, image, from, prior, finest, finest,
-                                          last->residual_scale);
+        Alignment next =
+            alignment_.align(reference, image, from, prior, finest, finest, last->residual_scale);
         if (next.good && next.cost < as_good * last->cost) {
             next.pose = next.pose.normalized();
             return next;
