@@ -28,7 +28,7 @@ constexpr int inlier_bins = 20; // residuals below 2.5 expected deviations
 static_assert(inlier_bins * Residuals::bin_width == 2.5f);
 /// A level is left when a step is less than so many of the pose's standard deviations; the last one
 /// later, since no other improves on it.
-constexpr float coarse_step = 0.1f, last_step = 0.05f;
+constexpr float coarse_step = 0.2f, last_step = 0.05f;
 constexpr float lowest_gain = 0.4f, highest_gain = 2.5f;
 /// Of residuals that have not been looked at: generous until they have shown their own.
 constexpr float first_scale = 8.0f;

@@ -222,7 +222,7 @@ TEST_CASE("what says nothing of the calibration changes nothing", "[core]") {
 }
 
 TEST_CASE("after ten measurements a wrong calibration is told and its errors are expected",
-          "[core]") {
+          "[core][long]") {
     const auto [seed, wrong] =
         GENERATE(table<std::uint64_t, Miscalibration>({{2, {.color_from_tof = turned(0, 2, 0)}},
                                                        {2, {.color_from_tof = moved(0.01, 0, 0)}},

@@ -6,6 +6,7 @@
 #include "tests/instruction_set.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <random>
 #include <vector>
 
@@ -25,7 +26,27 @@ Image<std::uint16_t> some_depths(std::mt19937 &random, int width, int height, un
     return depth;
 }
 
+/// Four bins to an octave; below it one for each millimetre.
+int bin_of(std::uint16_t mm) {
+    if (mm < 4)
+        return mm;
+    int octave = 0;
+    const double part = std::frexp(mm, &octave); // in 0.5 .. 1
+    return 4 * (octave - 2) + static_cast<int>(4 * (2 * part - 1));
+}
+
 } // namespace
+
+TEST_CASE("a bin of depths is at most a quarter of its depth wide") {
+    for (int mm = 1; mm <= 0xffff; ++mm) {
+        const int bin = depth_bin(static_cast<std::uint16_t>(mm));
+        CAPTURE(mm, bin);
+        REQUIRE(bin == bin_of(static_cast<std::uint16_t>(mm)));
+        REQUIRE(first_of_bin(bin) <= mm);
+        REQUIRE(mm < first_of_bin(bin + 1));
+        REQUIRE(first_of_bin(bin + 1) - first_of_bin(bin) <= std::max(1, mm / 4));
+    }
+}
 
 TEST_CASE("confidences are looked up alike in vectors and one by one", "[core]") {
     AFTERGLOW_ON_EACH_INSTRUCTION_SET();
@@ -62,8 +83,7 @@ TEST_CASE("confidences are looked up alike in vectors and one by one", "[core]")
         std::uint32_t expected_sum = 0;
         for (std::size_t i = 0; i < depth.pixels().size(); ++i) {
             const std::uint16_t mm = depth.pixels()[i];
-            const int place =
-                place_in_table(classes.pixels()[i], std::min(mm / depth_bin_mm, depth_bins - 1));
+            const int place = place_in_table(classes.pixels()[i], bin_of(mm));
             const int expected = mm == 0 ? 0 : table[static_cast<std::size_t>(place)];
             CAPTURE(round, i, mm);
             REQUIRE(confidence.pixels()[i] == expected);

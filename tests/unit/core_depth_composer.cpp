@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "core/keyframe/confidence_kernels.hpp"
 #include "core/keyframe/depth_composer.hpp"
 #include "tests/catch.hpp"
 #include "tests/film.hpp"
@@ -59,15 +60,21 @@ TEST_CASE("a composed map's confidence follows from each pixel's depth and dista
     int other = 0; // by rounding
     for (int v = 0; v < depth.height(); ++v)
         for (int u = 0; u < depth.width(); ++u) {
+            const auto error_at = [&](float millimetres) {
+                return pixel_error(error, keyframe.surface.noise(),
+                                   drawn.options.error.shared_noise, 0.001f * millimetres,
+                                   edges(u, v), scales);
+            };
+            CAPTURE(u, v);
             std::uint8_t expected = no_confidence;
             if (edges(u, v) != 0) {
-                const float z = 0.1f * (static_cast<float>(depth(u, v) / 100) + 0.5f);
-                expected = estimated_confidence(pixel_error(error, keyframe.surface.noise(),
-                                                            drawn.options.error.shared_noise, z,
-                                                            edges(u, v), scales));
+                const int bin = depth_bin(depth(u, v));
+                const auto ends = static_cast<float>(first_of_bin(bin) + first_of_bin(bin + 1));
+                expected = estimated_confidence(error_at(ends / 2));
                 sum += expected_error(expected);
+                const float own = error_at(depth(u, v));
+                REQUIRE(std::abs(expected_error(expected) - own) < 0.2f * own + confidence_step);
             }
-            CAPTURE(u, v);
             REQUIRE(std::abs(drawn.composer.confidence()(u, v) - expected) <= 1);
             REQUIRE((drawn.composer.confidence()(u, v) == 0) == (expected == 0));
             other += drawn.composer.confidence()(u, v) != expected;

@@ -48,7 +48,7 @@ bool contains(const std::string &text, const std::string &part) {
 } // namespace
 
 TEST_CASE("the noise of a simulated TOF camera is found within 10 % over the depths seen",
-          "[characterise]") {
+          "[characterise][long]") {
     TofNoise tof;
     std::tie(tof.sigma_at_0, tof.sigma_per_square) =
         GENERATE(std::pair(0.002, 0.001), std::pair(0.004, 0.0), std::pair(0.001, 0.004));
@@ -67,7 +67,7 @@ TEST_CASE("the noise of a simulated TOF camera is found within 10 % over the dep
     CHECK(found->shared_noise == Approx(0.2).margin(0.03)); // neighbours share nothing
 }
 
-TEST_CASE("the flying pixels of a simulated TOF camera are counted", "[characterise]") {
+TEST_CASE("the flying pixels of a simulated TOF camera are counted", "[characterise][long]") {
     TofNoise tof;
     tof.flying = GENERATE(0.0, 0.3, 0.5);
     INFO(tof.flying);
