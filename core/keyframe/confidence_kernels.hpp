@@ -19,9 +19,13 @@ constexpr int depth_bin(std::uint16_t millimetres) {
     const int octave = std::bit_width(millimetres) - 2; // the first ones have a millimetre a bin
     return octave <= 0 ? millimetres : 4 * octave + (millimetres >> (octave - 1)) % 4;
 }
-/// The least depth in a bin, millimetres; of `depth_bins` that beyond all.
+/// The least depth in a bin, millimetres. first_of_bin(depth_bins) is the end of the last bin.
 constexpr int first_of_bin(int bin) {
     return bin < 4 ? bin : (4 + bin % 4) << (bin / 4 - 1);
+}
+/// In the middle of a bin, metres.
+constexpr float middle_of_bin(int bin) {
+    return 0.0005f * static_cast<float>(first_of_bin(bin) + first_of_bin(bin + 1));
 }
 static_assert(depth_bin(0xffff) == depth_bins - 1 && first_of_bin(depth_bins) == 0x10000);
 /// Where a table has the confidence of a class and a bin: all edge distances of a bin are

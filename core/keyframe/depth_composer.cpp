@@ -178,8 +178,7 @@ DepthComposer::ConfidenceTable DepthComposer::confidences(const ErrorScales &sca
         for (int d = 1; d <= far_from_edge; ++d) {
             const Layer &layer = layers_[static_cast<std::size_t>(l)];
             for (int bin = 0; bin < depth_bins; ++bin) {
-                const auto ends = static_cast<float>(first_of_bin(bin) + first_of_bin(bin + 1));
-                const float z = 0.5f * 0.001f * ends;
+                const float z = middle_of_bin(bin);
                 table[static_cast<std::size_t>(place_in_table(l * class_layer + d, bin))] =
                     estimated_confidence(layer.error.misplaced +
                                          pixel_error(layer.error, layer.noise,

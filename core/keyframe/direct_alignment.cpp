@@ -35,9 +35,9 @@ constexpr float first_scale = 8.0f;
 /// Geman-McClure width in units of the residuals' own scale.
 constexpr float robust_width = 2.5f;
 
-/// How long the steps of a level are made. The weights change with the residuals, so that a step is
-/// followed by one in much the same direction, r times as long (r < 0 if it was too long). One of
-/// 1 / (1 - r) is as long as all of them together (Aitken).
+/// By which factor the Gauss-Newton steps of a level are lengthened (Aitken's method). The weights
+/// change with the residuals, so that a step is followed by one in much the same direction, r times
+/// as long; r < 0 if the first was too long. A step times 1 / (1 - r) is as long as the sum of all.
 class Relaxation {
 public:
     /// For the step x from where the gradient is g, by which x has been found.
@@ -260,9 +260,9 @@ bool DirectAlignment::refine(const AlignmentTemplate &reference, const Pyramid &
             for (int k = 0; k < unknowns; ++k)
                 H(k, k) += 1e-4f * H(k, k) + 1e-6f;
             const Vector full = H.ldlt().solve(g);
-            if (!full.allFinite())
-                return false;
             const Vector x = relaxation.factor(full, g) * full;
+            if (!x.allFinite())
+                return false;
             const Twist step = x.head<6>().cast<double>();
             if (step.head<3>().norm() > 1.0 || step.tail<3>().norm() > 0.5)
                 return false;

@@ -95,6 +95,16 @@ AFTERGLOW_REPLACES int posix_memalign(void **memory, std::size_t alignment,
 
 #endif
 
+TEST_CASE("a thread's allocation counter leaves out what other threads allocate") {
+    constexpr int allocations_of_other = 1000;
+    const std::uint64_t before = thread_allocation_count();
+    std::thread([] {
+        for (int i = 0; i < allocations_of_other; ++i)
+            ::operator delete(::operator new(1));
+    }).join();
+    CHECK(thread_allocation_count() - before < allocations_of_other / 10); // starting it takes some
+}
+
 TEST_CASE("the allocation counter counts every allocation function on every thread") {
     struct alignas(64) Wide {
         char bytes[64];

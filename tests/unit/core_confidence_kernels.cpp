@@ -37,7 +37,7 @@ int bin_of(std::uint16_t mm) {
 
 } // namespace
 
-TEST_CASE("a bin of depths is at most a quarter of its depth wide") {
+TEST_CASE("the depth bins of confidences are at most a quarter of their depth wide") {
     for (int mm = 1; mm <= 0xffff; ++mm) {
         const int bin = depth_bin(static_cast<std::uint16_t>(mm));
         CAPTURE(mm, bin);
@@ -45,6 +45,8 @@ TEST_CASE("a bin of depths is at most a quarter of its depth wide") {
         REQUIRE(first_of_bin(bin) <= mm);
         REQUIRE(mm < first_of_bin(bin + 1));
         REQUIRE(first_of_bin(bin + 1) - first_of_bin(bin) <= std::max(1, mm / 4));
+        REQUIRE(std::abs(middle_of_bin(bin) - 0.001f * static_cast<float>(mm)) <=
+                std::max(0.001f, 0.000126f * static_cast<float>(mm)));
     }
 }
 

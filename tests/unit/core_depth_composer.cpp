@@ -60,19 +60,16 @@ TEST_CASE("a composed map's confidence follows from each pixel's depth and dista
     int other = 0; // by rounding
     for (int v = 0; v < depth.height(); ++v)
         for (int u = 0; u < depth.width(); ++u) {
-            const auto error_at = [&](float millimetres) {
+            const auto error_at = [&](float z) {
                 return pixel_error(error, keyframe.surface.noise(),
-                                   drawn.options.error.shared_noise, 0.001f * millimetres,
-                                   edges(u, v), scales);
+                                   drawn.options.error.shared_noise, z, edges(u, v), scales);
             };
             CAPTURE(u, v);
             std::uint8_t expected = no_confidence;
             if (edges(u, v) != 0) {
-                const int bin = depth_bin(depth(u, v));
-                const auto ends = static_cast<float>(first_of_bin(bin) + first_of_bin(bin + 1));
-                expected = estimated_confidence(error_at(ends / 2));
+                expected = estimated_confidence(error_at(middle_of_bin(depth_bin(depth(u, v)))));
                 sum += expected_error(expected);
-                const float own = error_at(depth(u, v));
+                const float own = error_at(0.001f * static_cast<float>(depth(u, v)));
                 REQUIRE(std::abs(expected_error(expected) - own) < 0.2f * own + confidence_step);
             }
             REQUIRE(std::abs(drawn.composer.confidence()(u, v) - expected) <= 1);

@@ -111,7 +111,7 @@ TEST_CASE("publishing a ring frame allocates nothing", "[ipc]") {
     const Stream stream = ring.open();
     ring.publish();
     REQUIRE(afterglow_wait(stream.get(), 60'000) == 0);
-    // The notifier's thread may be late, and sending a stream its new memory takes some of its own.
+    // Of this thread alone: the notifier's thread allocates when it sends a stream its new memory.
     const auto allocations_of = [&](int frames) {
         const std::uint64_t before = thread_allocation_count();
         for (int i = 0; i < frames; ++i)
