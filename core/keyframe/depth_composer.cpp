@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 #include <numeric>
+#include <utility>
 
 namespace afterglow {
 namespace {
@@ -29,19 +30,26 @@ ImageView<T> cell_of(ImageView<T> image, int x, int y) {
             std::min(size, image.height() - y * size), image.stride()};
 }
 
+template <class T>
+void copy_pixels(ImageView<T> from, ImageView<T> to) {
+    for (int v = 0; v < from.height(); ++v)
+        std::copy_n(from.row(v), from.width(), to.row(v));
+}
+
 } // namespace
 
 DepthComposer::DepthComposer(const Views &views, const KeyframeOptions &options, WorkerPool &pool)
     : views_(views), camera_(views.published), options_(options), pool_(pool),
       warp_(views.surface, views.published, options.warp, pool),
       depth_(camera_.width, camera_.height), classes_(camera_.width, camera_.height),
-      confidence_(camera_.width, camera_.height),
+      confidence_(camera_.width, camera_.height), drawn_depth_(depth_), drawn_classes_(classes_),
       further_(options.compose.maps_per_frame > 1 ? depth_ : DepthMap()),
       further_edges_(further_.width(), further_.height()),
       compared_(MotionMask::cells(camera_.width), MotionMask::cells(camera_.height)),
       cells_(compared_.width(), compared_.height()) {}
 
 void DepthComposer::clear() {
+    displaced_ = false;
     misplaced_ = 0;
     std::ranges::fill(depth_.pixels(), std::uint16_t{0});
     std::ranges::fill(confidence_.pixels(), std::uint8_t{0});
@@ -58,6 +66,7 @@ void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const P
     drawn_anew_ = !looks_as_drawn(first, next);
     if (!drawn_anew_)
         return;
+    displaced_ = drawn_kept_ = false;
     drawn_ = next;
     covered_ = layer_count_ = 0;
     misplaced_ = 0;
@@ -81,6 +90,83 @@ void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const P
                                 k.calibration_shift);
         misplaced_ = std::max(misplaced_, layer.error.misplaced);
     }
+}
+
+DepthView DepthComposer::drawn() const {
+    return displaced_ ? drawn_depth_ : depth_;
+}
+
+void DepthComposer::displace(const ResidualFlow &flow) {
+    if (displaced_ && !flow.changed())
+        return;
+    restore();
+    if (!flow.any())
+        return;
+    displaced_ = true;
+    if (!std::exchange(drawn_kept_, true)) {
+        drawn_covered_ = covered_;
+        std::ranges::copy(depth_.pixels(), drawn_depth_.pixels().begin());
+        std::ranges::copy(classes_.pixels(), drawn_classes_.pixels().begin());
+    }
+    const ImageView<const ResidualFlow::Shift> shifts = flow.shifts();
+    for (int y = 0; y < shifts.height(); ++y) {
+        const ResidualFlow::Shift *const row = shifts.row(y), *const row_end = row + shifts.width();
+        for (const ResidualFlow::Shift *begin = row; begin != row_end;) {
+            const auto *const end = std::find_if(
+                begin, row_end, [&](const ResidualFlow::Shift &shift) { return shift != *begin; });
+            if (*begin != ResidualFlow::Shift{})
+                displace_run(static_cast<int>(begin - row) << flow.level(),
+                             static_cast<int>(end - row) << flow.level(), y << flow.level(),
+                             (y + 1) << flow.level(), *begin);
+            begin = end;
+        }
+    }
+}
+
+/// Gives the pixels of a rectangle what the map shows elsewhere.
+void DepthComposer::displace_run(int left, int right, int top, int bottom,
+                                 const ResidualFlow::Shift &shift) {
+    for (int x = left / MotionMask::cell_px; x <= (right - 1) / MotionMask::cell_px; ++x) {
+        Cell &cell = cells_(x, top / MotionMask::cell_px);
+        cell.displaced = cell.changed = true;
+    }
+    const int first = std::clamp(-shift.u, left, right);
+    const int end = std::clamp(depth_.width() - shift.u, first, right);
+    const auto count = [&](const std::uint16_t *row) {
+        return static_cast<int>(
+            std::count_if(row + left, row + right, [](std::uint16_t mm) { return mm != 0; }));
+    };
+    for (int v = top; v < bottom; ++v) {
+        std::uint16_t *const depth = depth_.row(v);
+        std::uint8_t *const classes = classes_.row(v);
+        covered_ -= count(depth);
+        std::fill(depth + left, depth + right, std::uint16_t{0});
+        std::fill(classes + left, classes + right, std::uint8_t{0});
+        const int from = v + shift.v;
+        if (from < 0 || from >= depth_.height())
+            continue;
+        std::copy(drawn_depth_.row(from) + shift.u + first, drawn_depth_.row(from) + shift.u + end,
+                  depth + first);
+        std::copy(drawn_classes_.row(from) + shift.u + first,
+                  drawn_classes_.row(from) + shift.u + end, classes + first);
+        covered_ += count(depth);
+    }
+}
+
+/// Undoes displace().
+void DepthComposer::restore() {
+    if (!std::exchange(displaced_, false))
+        return;
+    covered_ = drawn_covered_;
+    for (int y = 0; y < cells_.height(); ++y)
+        for (int x = 0; x < cells_.width(); ++x) {
+            Cell &cell = cells_(x, y);
+            if (!std::exchange(cell.displaced, false))
+                continue;
+            cell.changed = true;
+            copy_pixels(cell_of(drawn_depth_.view(), x, y), cell_of(depth_.view(), x, y));
+            copy_pixels(cell_of(drawn_classes_.view(), x, y), cell_of(classes_.view(), x, y));
+        }
 }
 
 /// Of the map to be drawn: cameras other than the tracking one show one instant.
@@ -211,12 +297,14 @@ bool DepthComposer::find_doubts(const Doubts &doubts) {
     for (int y = 0; y < cells_.height(); ++y)
         for (int x = 0; x < cells_.width(); ++x) {
             Cell &cell = cells_(x, y);
-            const bool moves = doubts.mask && doubts.mask->moving()(x, y) != 0;
+            const bool moves = !doubts.moving.empty() && doubts.moving(x, y) != 0;
             const std::uint8_t most = moves ? most_moving : measured_confidence;
             const float local = doubts.local ? doubts.local->expected()(x, y) : 0;
             const float noticed =
                 std::max(confidence_step, (noticed_growth - 1) * std::min(local, cell.local));
-            cell.judge = all || most != cell.most || std::abs(local - cell.local) > noticed;
+            cell.judge =
+                all || cell.changed || most != cell.most || std::abs(local - cell.local) > noticed;
+            cell.changed = false;
             if (!cell.judge)
                 continue;
             cell.most = most;
@@ -271,6 +359,7 @@ ImageView<const ComparedErrors> DepthComposer::compare(DepthView measured) {
 }
 
 void DepthComposer::overlay(DepthView measured) {
+    displaced_ = false;
     layer_count_ = 0;
     for (int v = 0; v < camera_.height; ++v) {
         const Overlaid row =

@@ -11,6 +11,7 @@
 #include "core/keyframe/keyframe_options.hpp"
 #include "core/keyframe/local_errors.hpp"
 #include "core/keyframe/motion_mask.hpp"
+#include "core/keyframe/residual_flow.hpp"
 #include "core/keyframe/warp.hpp"
 
 #include <array>
@@ -39,8 +40,8 @@ public:
     struct Doubts {
         /// Factors on the modelled errors.
         ErrorScales scales{};
-        /// Cells that move, in which the relative error is at least `moving_error`. Null: none.
-        const MotionMask *mask = nullptr;
+        /// Cells that move, in which the relative error is at least `moving_error`. Empty: none.
+        ImageView<const std::uint8_t> moving{};
         float moving_error = 0;
         /// Errors to be added to those of a cell's pixels. Null: none.
         const LocalErrors *local = nullptr;
@@ -51,6 +52,11 @@ public:
     /// The map beside one that was measured for the same image, by cell of MotionMask, at every
     /// second pixel of every second row that has depth in both. Valid until the next call.
     ImageView<const ComparedErrors> compare(DepthView measured);
+    /// Shows what moves by itself where the last image shows it: `flow` was found for that image
+    /// and drawn().
+    void displace(const ResidualFlow &flow);
+    /// The composed map before displace(), until a measured map is laid over it.
+    DepthView drawn() const;
     /// Empties the map.
     void clear();
     /// Lays a measured map over the composed one; pixels it lacks stay as they were composed.
@@ -84,10 +90,12 @@ private:
 
     /// What lowers the confidences of a cell's pixels, and what came of it.
     struct Cell {
-        std::uint8_t most = 0; ///< no pixel is more confident
-        float local = 0;       ///< relative error that is added
-        std::uint32_t sum = 0; ///< of the pixels' confidences
-        bool judge = false;    ///< whether this has to be worked out
+        std::uint8_t most = 0;  ///< no pixel is more confident
+        float local = 0;        ///< relative error that is added
+        std::uint32_t sum = 0;  ///< of the pixels' confidences
+        bool judge = false;     ///< whether this has to be worked out
+        bool displaced = false; ///< some of its pixels are
+        bool changed = false;   ///< its depths, though the map was not drawn anew
     };
 
     RollingShutter shutter(const Alignment &alignment, const Twist &while_read) const;
@@ -95,6 +103,8 @@ private:
     std::span<const int> pick_keyframes(const KeyframeSet &keyframes, int reference,
                                         const Pose &now, std::span<int, most_layers> picked) const;
     void fill_in();
+    void displace_run(int left, int right, int top, int bottom, const ResidualFlow::Shift &shift);
+    void restore();
     ConfidenceTable confidences(const ErrorScales &scales) const;
     void lower(const Cell &cell, const DepthExtent &range, const ConfidenceTable &table,
                ConfidenceTable &lowered) const;
@@ -110,6 +120,9 @@ private:
     DepthMap depth_;
     Image<std::uint8_t> classes_;
     Image<std::uint8_t> confidence_;
+    DepthMap drawn_depth_; ///< the map as it was drawn, and so on, if something is displaced
+    Image<std::uint8_t> drawn_classes_;
+    int drawn_covered_ = 0;
     DepthMap further_; ///< a further map, and its edge distances
     Image<std::uint8_t> further_edges_;
     Image<ComparedErrors> compared_;
@@ -122,6 +135,8 @@ private:
     ErrorScales scales_;  ///< of the last doubts
     float misplaced_ = 0; ///< MapError's, the most of the maps drawn
     bool drawn_anew_ = false;
+    bool displaced_ = false;  ///< some of the map's pixels are
+    bool drawn_kept_ = false; ///< drawn_depth_ and so on are of the last map drawn
 };
 
 } // namespace afterglow

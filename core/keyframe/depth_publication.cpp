@@ -62,8 +62,9 @@ float fill(DepthView depth) {
 DepthPublication::DepthPublication(const KeyframeOptions &options, const Views &views,
                                    WorkerPool &pool)
     : views_(views), camera_(views.published), options_(options), composer_(views, options, pool),
-      motion_mask_(views, options.alignment), local_errors_(views.published), fresh_scale_(0.35, 0),
-      carried_scale_(0.9, 0), moving_scale_(0.45, 0.45) {
+      motion_mask_(views, options.alignment),
+      flow_(views, options.alignment_template.coarsest_level), local_errors_(views.published),
+      fresh_scale_(0.35, 0), carried_scale_(0.9, 0), moving_scale_(0.45, 0.45) {
     estimate_.depth = composer_.depth();
     estimate_.confidence = composer_.confidence();
 }
@@ -87,7 +88,11 @@ const Estimate &DepthPublication::estimated(const KeyframeSet &keyframes,
         composer_.compose(keyframes, tracker.reference(), from_world, alignment, while_read,
                           enough_, correction);
         motion_mask_.find(tracker.compared(keyframes), tracker.image(),
-                          tracker.compared_alignment(), composer_.depth());
+                          tracker.compared_alignment(), composer_.drawn());
+        const Keyframe &reference = keyframes[tracker.reference()];
+        flow_.find({reference.grey, reference.t_ns}, tracker.image(), alignment, composer_.drawn(),
+                   motion_mask_.moving());
+        composer_.displace(flow_);
         judge(from_world);
     } else {
         composer_.clear();
@@ -107,7 +112,7 @@ void DepthPublication::judge(const Pose &from_world) {
     local_errors_.predict(composer_.depth(), since_measurement(from_world),
                           static_cast<int>(estimate_.age_frames) + 1);
     composer_.judge({.scales = scales(),
-                     .mask = &motion_mask_,
+                     .moving = flow_.unexplained(),
                      .moving_error = moving_scale_.scale() * options_.error.moving_error,
                      .local = &local_errors_});
 }
@@ -156,9 +161,9 @@ void DepthPublication::learn_errors(DepthView depth, const ErrorScales &before) 
         for (int x = 0; x < cells.width(); ++x) {
             const ComparedErrors &cell = cells(x, y);
             const double local = local_errors_.expected()(x, y) * cell.pixels;
-            if (motion_mask_.moving()(x, y) != 0) {
+            if (flow_.unexplained()(x, y) != 0) {
                 moving += cell;
-            } else if (2 * local <= cell.expected_sum) {
+            } else if (motion_mask_.moving()(x, y) == 0 && 2 * local <= cell.expected_sum) {
                 quiet += cell;
                 quiet.expected_sum -= local;
             }

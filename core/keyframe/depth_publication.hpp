@@ -7,6 +7,7 @@
 #include "core/keyframe/keyframe_tracker.hpp"
 #include "core/keyframe/local_errors.hpp"
 #include "core/keyframe/motion_mask.hpp"
+#include "core/keyframe/residual_flow.hpp"
 
 #include <cstdint>
 #include <optional>
@@ -37,6 +38,7 @@ public:
                              const CalibrationState &calibration,
                              std::optional<double> registered_error);
 
+    int flow_level() const { return flow_.level(); }
     /// The last published map; empty where it has no depth.
     DepthView composed() const;
     /// The map to be measured next is the origin of a new world, where earlier maps have no place.
@@ -56,6 +58,7 @@ private:
     KeyframeOptions options_;
     DepthComposer composer_;
     MotionMask motion_mask_;
+    ResidualFlow flow_;
     LocalErrors local_errors_;
     ErrorScale fresh_scale_;   ///< of a map just measured
     ErrorScale carried_scale_; ///< of what carrying a map with the camera's view adds

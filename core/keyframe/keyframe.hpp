@@ -4,6 +4,7 @@
 #include "core/base/rigid_motion.hpp"
 #include "core/keyframe/alignment_template.hpp"
 #include "core/keyframe/depth_surface.hpp"
+#include "core/keyframe/residual_flow.hpp"
 #include "core/keyframe/views.hpp"
 
 #include <memory>
@@ -16,10 +17,15 @@ struct Keyframe {
     Keyframe(const Views &views, const SurfaceOptions &surface_options,
              const TemplateOptions &template_options)
         : surface(views.surface, surface_options),
-          alignment_template(views.tracking, template_options) {}
+          alignment_template(views.tracking, template_options) {
+        const Intrinsics of_grey = views.tracking.at_level(
+            ResidualFlow::level_for(views.tracking, template_options.coarsest_level));
+        grey = Image<float>(of_grey.width, of_grey.height);
+    }
 
     DepthSurface surface;
     AlignmentTemplate alignment_template;
+    Image<float> grey; ///< its image, on the level of ResidualFlow
     /// World coordinates (those of the first measured frame's tracking camera) to the tracking
     /// camera's when its image was exposed, and to the surface camera's when its depth map was.
     Pose from_world;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/keyframe/keyframe_pipeline.hpp"
 
+#include <algorithm>
 #include <cassert>
 #include <utility>
 
@@ -78,6 +79,8 @@ void KeyframePipeline::prepare() {
         return;
     Keyframe &newest = keyframes_[0];
     newest.surface.finish();
+    const ImageView<const float> grey = tracker_.image().level(publication_.flow_level());
+    std::copy_n(grey.data(), newest.grey.pixels().size(), newest.grey.pixels().begin());
     newest.alignment_template.build(tracker_.image(),
                                     seen_.seen(newest.surface, lag().inverse(), while_read()));
 }

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/base/image.hpp"
+
+#include <Eigen/Core>
+
+#include <array>
+#include <cstdint>
+
+namespace afterglow {
+
+/// A square part of an image that is looked for in another one. Grey values are compared without
+/// their means.
+struct ImagePatch {
+    static constexpr int side = 8; ///< pixels
+    static constexpr std::size_t pixels = std::size_t{side} * side;
+
+    std::array<float, pixels> grey;       ///< as in the image
+    std::array<float, pixels> gradient_u; ///< a pixel to the right, without its mean
+    std::array<float, pixels> gradient_v; ///< a pixel down, without its mean
+    /// Sums of the products of the gradients: u u, u v, v v.
+    float uu = 0, uv = 0, vv = 0;
+
+    /// It has gradients in two directions, so that it is found in one place.
+    bool is_distinct() const {
+        constexpr float least_ratio = 1e-3f; // of the eigenvalues, about
+        const float trace = uu + vv;
+        return uu * vv - uv * uv > least_ratio * trace * trace;
+    }
+};
+
+/// The patch whose first pixel is (u, v): 1 <= u < image.width() - side, v alike. Real-time safe.
+ImagePatch patch_at(ImageView<const float> image, int u, int v);
+
+/// How a patch differs from what an image shows.
+struct PatchFit {
+    float mean_square = 0; ///< of the difference without its mean, grey values squared
+    /// How much farther to the right and down the patch is there, by a Gauss-Newton step, pixels.
+    /// For patches that are distinct.
+    Eigen::Vector2f step = Eigen::Vector2f::Zero();
+};
+
+/// Whether an image shows all of a patch whose first pixel is at `place`.
+bool shows_patch(ImageView<const float> image, const Eigen::Vector2f &place);
+
+/// Compares a patch with what an image, its grey values times `gain`, shows at `place` (its first
+/// pixel, bilinear). The image shows all of it. Real-time safe.
+PatchFit fit_patch(const ImagePatch &patch, ImageView<const float> image,
+                   const Eigen::Vector2f &place, float gain);
+
+/// The grey values of an image, times a gain and more by an offset.
+struct Brightness {
+    float gain = 1, offset = 0;
+};
+/// For each pixel of a square that begins at (u, v) of `image`: where what `then` shows from
+/// `place` on differs less than `least` says, its difference becomes the least, and `owner` is
+/// written. The difference is the mean of 3 x 3 absolute ones in the square. `then` shows all of
+/// the square. Real-time safe.
+void claim_pixels(ImageView<const float> image, int u, int v, ImageView<const float> then,
+                  const Eigen::Vector2f &place, const Brightness &brightness, std::int32_t owner,
+                  ImageView<float> least, ImageView<std::int32_t> owners);
+
+} // namespace afterglow

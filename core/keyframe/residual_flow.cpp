@@ -1,0 +1,308 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/keyframe/residual_flow.hpp"
+
+#include "core/keyframe/image_patch.hpp"
+#include "core/keyframe/motion_mask.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace afterglow {
+namespace {
+
+/// From the first pixel of a patch to that of the next, pixels of the level.
+constexpr int stride = ImagePatch::side / 2;
+/// The first patch's gradients need a pixel before it.
+constexpr int border = 1;
+/// The level has at most so many columns.
+constexpr int most_columns = 200;
+/// Patches are looked for in cells up to so many from one that moves.
+constexpr int reach_cells = 1;
+constexpr int most_steps = 6;
+/// Displacements that differ by less lead to one, pixels of the level.
+constexpr float alike = 0.25f;
+/// Steps end when they are shorter; one that is longer leads nowhere. Pixels of the level.
+constexpr float least_step = 0.03f, longest_step = 4;
+/// A patch that differs by less has not moved: root mean square of grey values.
+constexpr float same_grey = 3;
+/// A displacement must leave less than this share of the mean square difference.
+constexpr float most_left = 0.25f;
+/// In a cell that is explained so many patches are displaced for each that is unlike what is seen.
+constexpr int explained_ratio = 2;
+/// Assumed where the composed map has no depth: there the camera's rotation alone tells the place.
+constexpr double no_depth_m = 1000;
+
+int patches_along(int pixels) {
+    return std::max(0, (pixels - 2 * border - ImagePatch::side) / stride + 1);
+}
+int first_pixel(int patch) {
+    return border + patch * stride;
+}
+/// The first of so many patches that begins at a pixel or behind it.
+int first_patch_from(int pixel, int patches) {
+    return std::clamp((pixel - border + stride - 1) / stride, 0, patches);
+}
+
+} // namespace
+
+int ResidualFlow::level_for(const Intrinsics &tracking, int most_level) {
+    int level = 1;
+    while (level < most_level && tracking.width >> level > most_columns)
+        ++level;
+    return level;
+}
+
+ResidualFlow::ResidualFlow(const Views &views, int most_level)
+    : shows_images_(views.publishes_tracking()), level_(level_for(views.tracking, most_level)),
+      camera_(views.tracking.at_level(level_)),
+      patches_(patches_along(camera_.width), patches_along(camera_.height)),
+      least_(camera_.width, camera_.height), owner_(camera_.width, camera_.height),
+      shifts_(camera_.width, camera_.height),
+      unexplained_(MotionMask::cells(views.published.width),
+                   MotionMask::cells(views.published.height)) {}
+
+void ResidualFlow::find(const Then &then, const Pyramid &now, const Placement &at,
+                        DepthView composed, ImageView<const std::uint8_t> moving) {
+    if (then.t_ns != then_ns_) {
+        then_ns_ = then.t_ns;
+        std::ranges::fill(patches_.pixels(), Patch{});
+    }
+    any_ = changed_ = false;
+    if (shows_images_) {
+        const Search in = {then, now.level(level_), at, at.pose.inverse(), composed};
+        choose_patches(moving);
+        // What one patch has found its neighbours try, in the order of reading and back.
+        for (int y = 0; y < patches_.height(); ++y)
+            for (int x = 0; x < patches_.width(); ++x)
+                if (patches_(x, y).looked_for)
+                    look_for(x, y, in);
+        for (int y = patches_.height() - 1; y >= 0; --y)
+            for (int x = patches_.width() - 1; x >= 0; --x)
+                if (patches_(x, y).looked_for)
+                    look_again(x, y, in);
+        any_ =
+            std::ranges::any_of(patches_.pixels(), [](const Patch &patch) { return patch.moves; });
+        spread(in);
+    }
+    find_unexplained(moving);
+}
+
+/// Those that have moved, and those near a cell that moves.
+void ResidualFlow::choose_patches(ImageView<const std::uint8_t> moving) {
+    for (Patch &patch : patches_.pixels())
+        patch.looked_for = patch.moves;
+    const int cell = MotionMask::cell_px >> level_;
+    const auto touching = [&](int at, int patches) { // from one, to the one after the last
+        const int begin = (at - reach_cells) * cell, end = (at + 1 + reach_cells) * cell;
+        return std::array{first_patch_from(begin - ImagePatch::side + 1, patches),
+                          first_patch_from(end, patches)};
+    };
+    for (int y = 0; y < moving.height(); ++y)
+        for (int x = 0; x < moving.width(); ++x) {
+            if (moving(x, y) == 0)
+                continue;
+            const auto [left, right] = touching(x, patches_.width());
+            const auto [top, bottom] = touching(y, patches_.height());
+            for (int j = top; j < bottom; ++j)
+                for (int i = left; i < right; ++i)
+                    patches_(i, j).looked_for = true;
+        }
+    for (Patch &patch : patches_.pixels())
+        if (!patch.looked_for)
+            patch.unlike = false;
+}
+
+/// Where the camera's motion puts, in the keyframe's image, the patch with this first pixel.
+Eigen::Vector2f ResidualFlow::place_of(const Eigen::Vector2f &first, const Search &in) const {
+    constexpr float to_middle = 0.5f * (ImagePatch::side - 1);
+    const Eigen::Vector2f middle = first.array() + to_middle;
+    const Eigen::Vector2i pixel =
+        ((middle.array() + 0.5f) * static_cast<float>(1 << level_)).cast<int>();
+    const int u = std::clamp(pixel.x(), 0, in.composed.width() - 1);
+    const int v = std::clamp(pixel.y(), 0, in.composed.height() - 1);
+    const double z = in.composed(u, v) != 0 ? 1e-3 * in.composed(u, v) : no_depth_m;
+    const Eigen::Vector3d X = in.to_then * camera_.back_project(middle.x(), middle.y(), z);
+    if (!(X.z() > 0))
+        return {-1, -1}; // where no picture shows it
+    return camera_.project(X).cast<float>().array() - to_middle;
+}
+
+/// Looks for a patch from where it was in the last image, and from where its neighbours are.
+void ResidualFlow::look_for(int x, int y, const Search &in) {
+    Patch &patch = patches_(x, y);
+    const Eigen::Vector2f before = patch.from;
+    const bool moved = std::exchange(patch.moves, false);
+    patch.from = {0, 0};
+    patch.unlike = false;
+    const Eigen::Vector2i first = {first_pixel(x), first_pixel(y)};
+    patch.place = place_of(first.cast<float>(), in);
+    if (!shows_patch(in.then.image, patch.place))
+        return;
+    const ImagePatch seen = patch_at(in.now, first.x(), first.y());
+    patch.fit = fit_patch(seen, in.then.image, patch.place, in.at.gain);
+    patch.still = patch.fit.mean_square;
+    if (patch.still < same_grey * same_grey)
+        return;
+    patch.unlike = true;
+    if (!seen.is_distinct())
+        return;
+    if (moved)
+        try_from(before, seen, in, patch);
+    for (const Patch *neighbour : neighbours(x, y))
+        if (differs(patch, *neighbour))
+            try_from(neighbour->from, seen, in, patch);
+    go_on(x, y, seen, in);
+}
+
+/// Looks once more for a patch from where its neighbours are, which may have found something since.
+void ResidualFlow::look_again(int x, int y, const Search &in) {
+    Patch &patch = patches_(x, y);
+    if (!patch.moves && !patch.unlike)
+        return;
+    const auto others = neighbours(x, y);
+    if (std::ranges::none_of(others, [&](const Patch *other) { return differs(patch, *other); }))
+        return;
+    const ImagePatch seen = patch_at(in.now, first_pixel(x), first_pixel(y));
+    if (!seen.is_distinct())
+        return;
+    bool better = false;
+    for (const Patch *other : others)
+        better = (differs(patch, *other) && try_from(other->from, seen, in, patch)) || better;
+    if (better)
+        go_on(x, y, seen, in);
+}
+
+/// Whether a neighbour is displaced otherwise, so that it is worth trying.
+bool ResidualFlow::differs(const Patch &patch, const Patch &neighbour) {
+    return neighbour.moves && (neighbour.from - patch.from).squaredNorm() > alike * alike;
+}
+
+/// At the borders a patch stands for a neighbour that is not there.
+std::array<const ResidualFlow::Patch *, 4> ResidualFlow::neighbours(int x, int y) const {
+    const int right = std::min(x + 1, patches_.width() - 1);
+    const int below = std::min(y + 1, patches_.height() - 1);
+    return {&patches_(std::max(x - 1, 0), y), &patches_(x, std::max(y - 1, 0)), &patches_(right, y),
+            &patches_(x, below)};
+}
+
+/// Takes a displacement if it explains the patch better than what it has.
+bool ResidualFlow::try_from(const Eigen::Vector2f &from, const ImagePatch &seen, const Search &in,
+                            Patch &patch) {
+    if (!shows_patch(in.then.image, patch.place + from))
+        return false;
+    const PatchFit fit = fit_patch(seen, in.then.image, patch.place + from, in.at.gain);
+    if (!(fit.mean_square < patch.fit.mean_square))
+        return false;
+    patch.fit = fit;
+    patch.from = from;
+    return true;
+}
+
+/// Goes on by Gauss-Newton steps, and tells whether the patch moves.
+void ResidualFlow::go_on(int x, int y, const ImagePatch &seen, const Search &in) {
+    Patch &patch = patches_(x, y);
+    for (int i = 0; i < most_steps; ++i) {
+        const float length = patch.fit.step.norm();
+        if (!(length > least_step && length < longest_step) ||
+            !try_from(patch.from + patch.fit.step, seen, in, patch))
+            break;
+    }
+    patch.moves = patch.fit.mean_square < most_left * patch.still;
+    patch.unlike = !patch.moves;
+    if (patch.moves)
+        patch.shift = shift_of(patch, x, y, in);
+    else
+        patch.from = {0, 0};
+}
+
+/// Where the composed map shows what the patch shows. What is there may have another depth, and so
+/// be carried elsewhere by the camera's motion.
+ResidualFlow::Shift ResidualFlow::shift_of(const Patch &patch, int x, int y,
+                                           const Search &in) const {
+    const Eigen::Vector2f first = {static_cast<float>(first_pixel(x)),
+                                   static_cast<float>(first_pixel(y))};
+    Eigen::Vector2f from = patch.from;
+    const Eigen::Vector2f found = patch.place + patch.from;
+    const Eigen::Vector2f back = place_of(first + from, in);
+    if (shows_patch(in.then.image, back))
+        from += found - back;
+    const Eigen::Vector2i pixels =
+        (static_cast<float>(1 << level_) * from).array().round().cast<int>();
+    return {static_cast<std::int16_t>(pixels.x()), static_cast<std::int16_t>(pixels.y())};
+}
+
+/// Gives each pixel that is in a patch to the one that explains it best.
+void ResidualFlow::spread(const Search &in) {
+    // What was displaced in the last image may be no more.
+    const Area area = joined(area_, any_ ? area_of_patches() : Area{});
+    for (int v = area.top; v < area.bottom; ++v) {
+        std::fill(least_.row(v) + area.left, least_.row(v) + area.right,
+                  std::numeric_limits<float>::max());
+        std::fill(owner_.row(v) + area.left, owner_.row(v) + area.right, -1);
+    }
+    for (int y = 0; any_ && y < patches_.height(); ++y)
+        for (int x = 0; x < patches_.width(); ++x) {
+            const Patch &patch = patches_(x, y);
+            if (!patch.looked_for)
+                continue;
+            const Eigen::Vector2f place = patch.place + patch.from;
+            if (shows_patch(in.then.image, place))
+                claim_pixels(in.now, first_pixel(x), first_pixel(y), in.then.image, place,
+                             {in.at.gain, in.at.offset},
+                             patch.moves ? y * patches_.width() + x : -1, least_, owner_);
+        }
+    for (int v = area.top; v < area.bottom; ++v)
+        for (int u = area.left; u < area.right; ++u) {
+            const std::int32_t owner = owner_(u, v);
+            const Shift shift =
+                owner < 0 ? Shift{} : patches_.pixels()[static_cast<std::size_t>(owner)].shift;
+            changed_ = changed_ || shift != shifts_(u, v);
+            shifts_(u, v) = shift;
+        }
+    area_ = any_ ? area : Area{};
+}
+
+/// The pixels of all patches that were looked for.
+ResidualFlow::Area ResidualFlow::area_of_patches() const {
+    Area area;
+    for (int y = 0; y < patches_.height(); ++y)
+        for (int x = 0; x < patches_.width(); ++x)
+            if (patches_(x, y).looked_for)
+                area =
+                    joined(area, {first_pixel(x), first_pixel(y), first_pixel(x) + ImagePatch::side,
+                                  first_pixel(y) + ImagePatch::side});
+    return area;
+}
+
+ResidualFlow::Area ResidualFlow::joined(const Area &a, const Area &b) {
+    if (a.left == a.right || b.left == b.right) // one is empty
+        return a.left == a.right ? b : a;
+    return {std::min(a.left, b.left), std::min(a.top, b.top), std::max(a.right, b.right),
+            std::max(a.bottom, b.bottom)};
+}
+
+/// Counts the patches whose middles are in each cell that moves.
+void ResidualFlow::find_unexplained(ImageView<const std::uint8_t> moving) {
+    const int cell = MotionMask::cell_px >> level_;
+    const auto first_in = [&](int at, int patches) {
+        return first_patch_from(at * cell - ImagePatch::side / 2, patches);
+    };
+    for (int y = 0; y < moving.height(); ++y)
+        for (int x = 0; x < moving.width(); ++x) {
+            int displaced = 0, unlike = 0;
+            for (int j = first_in(y, patches_.height());
+                 moving(x, y) != 0 && j < first_in(y + 1, patches_.height()); ++j)
+                for (int i = first_in(x, patches_.width()); i < first_in(x + 1, patches_.width());
+                     ++i) {
+                    displaced += patches_(i, j).moves;
+                    unlike += patches_(i, j).unlike;
+                }
+            unexplained_(x, y) =
+                moving(x, y) != 0 && !(displaced > 0 && displaced >= explained_ratio * unlike);
+        }
+}
+
+} // namespace afterglow
