@@ -10,18 +10,12 @@
 #include <utility>
 
 namespace afterglow {
-namespace {
-
-/// Below this share of white noise neighbours have most of their noise in common.
-constexpr float mostly_shared = 0.5f;
-
-} // namespace
-
 DepthSurface::DepthSurface(const Intrinsics &camera, const SurfaceOptions &options)
     : camera_(camera), options_(options), units_(options.farthest_m),
       // Kernels read past the last row.
       raw_(camera.width, camera.height + 1 + row_slack / std::max(1, camera.width)),
-      smoothing_({options.smooth_radius_px, options.keep_creases}, units_, camera.width),
+      smoothing_({options.smooth_radius_px, options.keep_creases}, units_, camera.width,
+                 camera.height),
       smooth_(camera.width, camera.height),
       distance_(camera.width, camera.height, std::uint8_t{far_from_edge}),
       bend_(static_cast<std::size_t>(camera.width)),
@@ -40,8 +34,7 @@ void DepthSurface::read(DepthView depth, WorkerPool &pool, const DepthCorrection
     measure_noise();
     find_edges();
     grow_distance();
-    smoothing_.run({raw_, distance_, amplitude, noise_, white_noise_ < mostly_shared}, pool,
-                   smooth_);
+    smoothing_.run({raw_, distance_, amplitude, noise_}, pool, smooth_);
     for (int v = 0; v < smooth_.height(); ++v)
         add_edge_distances(v);
 }

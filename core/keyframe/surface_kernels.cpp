@@ -6,8 +6,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
+#include <numeric>
 
 // clang-format off: after Highway, once for each instruction set
 #include "core/base/lanes-inl.hpp"
@@ -64,32 +66,51 @@ HWY_API auto upper_floats(V value) {
     return hn::ConvertTo(HalfFloats(), hn::PromoteTo(HalfInts(), upper_half(value)));
 }
 
-/// The integers at or below `add` more than some floats, none of which is negative.
-template <class V>
-HWY_API auto integers(V lower, V upper, float add) {
-    const HalfFloats d;
-    const auto half = [&](V value) HWY_ATTR {
-        return hn::DemoteTo(HalfUnits(),
-                            hn::ConvertTo(HalfInts(), hn::Add(value, hn::Set(d, add))));
-    };
-    return combined(half(upper), half(lower));
-}
-/// What integers are above exactly if they are above the floats, and below exactly if they are
-/// below them.
-template <class V>
-HWY_API auto upper_limit(V lower, V upper) {
-    return integers(lower, upper, 0.0f);
-}
-template <class V>
-HWY_API auto lower_limit(V lower, V upper) {
-    return integers(lower, upper, 0.9999f);
-}
-
 /// SensorNoise::sigma() times a factor, of depths in units and in units.
 SensorNoise in_units(const SensorNoise &noise, const DepthUnits &units, float factor) {
     return {factor * noise.floor_m * units.per_metre(), factor * noise.linear,
             factor * noise.quadratic_per_m * units.metres(), factor * noise.least_relative};
 }
+
+/// Six times SensorNoise::sigma() of depths in units and in units, about, in 16 bits: each of its
+/// parts is a fixed-point product, divided by a power of two where its factor leaves them.
+class SixSigmas {
+public:
+    SixSigmas(const SensorNoise &noise, const DepthUnits &units) {
+        const SensorNoise six = in_units(noise, units, 6.0f);
+        const float quadratic = 32768 * six.quadratic_per_m; // of the square over 2^15
+        const float most = std::max(
+            {std::abs(six.linear), std::abs(quadratic), six.least_relative, six.floor_m / 32768});
+        while (std::ldexp(most, -doublings_) >= 1 && doublings_ < most_doublings)
+            ++doublings_;
+        floor_ = part(six.floor_m / 32768);
+        linear_ = part(six.linear);
+        quadratic_ = part(quadratic);
+        least_ = part(six.least_relative);
+    }
+
+    template <class V>
+    HWY_INLINE V operator()(V z) const {
+        const Units d;
+        const auto times = [&](V value, std::int16_t factor)
+                               HWY_ATTR { return hn::MulFixedPoint15(value, hn::Set(d, factor)); };
+        const auto curve =
+            hn::SaturatedAdd(times(z, linear_), times(hn::MulFixedPoint15(z, z), quadratic_));
+        auto sigmas = hn::Max(hn::SaturatedAdd(hn::Set(d, floor_), curve), times(z, least_));
+        for (int i = 0; i < doublings_; ++i)
+            sigmas = hn::SaturatedAdd(sigmas, sigmas);
+        return sigmas;
+    }
+
+private:
+    std::int16_t part(float factor) const {
+        return static_cast<std::int16_t>(
+            std::lround(std::clamp(32768 * std::ldexp(factor, -doublings_), -32767.0f, 32767.0f)));
+    }
+    static constexpr int most_doublings = 15;
+    int doublings_ = 0;
+    std::int16_t floor_, linear_, quadratic_, least_;
+};
 
 int load(const ReadingRow &row, const DepthUnits &units, UnitDepth *HWY_RESTRICT z) {
     const ReadingRow in = row; // a copy, which nothing written here can change
@@ -99,7 +120,7 @@ int load(const ReadingRow &row, const DepthUnits &units, UnitDepth *HWY_RESTRICT
     const auto most = hn::Set(du, static_cast<std::uint16_t>(32767 / per_millimetre));
     const auto nearest = hn::Set(d, in.nearest), farthest = hn::Set(d, in.farthest);
     const auto by_row = hn::Set(d, in.by_row);
-    int valid = 0;
+    auto none = hn::Zero(d); // of each lane, less: a row has fewer than 2^15 vectors
     const auto block = [&](const std::uint16_t *millimetres,
                            const std::int16_t *by_column) HWY_ATTR {
         const auto whole = hn::BitCast(d, hn::Min(hn::LoadU(du, millimetres), most));
@@ -109,7 +130,7 @@ int load(const ReadingRow &row, const DepthUnits &units, UnitDepth *HWY_RESTRICT
             depth = hn::SaturatedAdd(depth, hn::MulFixedPoint15(depth, share));
         }
         const auto outside = hn::Or(hn::Lt(depth, nearest), hn::Gt(depth, farthest));
-        valid += lanes - static_cast<int>(hn::CountTrue(d, outside));
+        none = hn::Add(none, hn::VecFromMask(d, outside));
         return hn::IfThenZeroElse(outside, depth);
     };
     int i = 0;
@@ -122,24 +143,24 @@ int load(const ReadingRow &row, const DepthUnits &units, UnitDepth *HWY_RESTRICT
         if (in.by_column != nullptr)
             std::copy(in.by_column + i, in.by_column + in.count, by_column.begin());
         hn::StoreU(block(rest.data(), in.by_column ? by_column.data() : nullptr), d, depths.data());
-        // Readings of 0 are nearer than the nearest.
-        std::copy_n(depths.begin(), in.count - i, z + i);
+        std::copy_n(depths.begin(), in.count - i, z + i); // the rest is nearer than the nearest
+        i += lanes;
     }
-    return valid;
+    std::array<std::int16_t, lanes> of_lanes;
+    hn::StoreU(none, d, of_lanes.data());
+    return std::accumulate(of_lanes.begin(), of_lanes.end(), i);
 }
 
 void steps(const UnitDepth *HWY_RESTRICT z, int count, const EdgeRule &of, const DepthUnits &units,
            std::int16_t *HWY_RESTRICT found) {
     const Units d;
-    const SensorNoise noise = in_units(of.noise, units, 6.0f);
-    const float relative = 2.0f * of.edge_relative;
-    const HalfFloats df;
-    const auto step = [&](auto depth) HWY_ATTR {
-        return hn::Add(hn::Mul(hn::Set(df, relative), depth), sigma(df, noise, depth));
-    };
+    const SixSigmas six_sigmas(of.noise, units);
+    const auto relative = hn::Set(
+        d, static_cast<std::int16_t>(std::lround(std::min(65536 * of.edge_relative, 32767.0f))));
     for (int i = 0; i < count; i += lanes) {
         const auto depth = hn::LoadU(d, z + i);
-        const auto twice = upper_limit(step(lower_floats(depth)), step(upper_floats(depth)));
+        const auto twice =
+            hn::SaturatedAdd(hn::MulFixedPoint15(depth, relative), six_sigmas(depth));
         hn::StoreU(hn::IfThenZeroElse(hn::Eq(depth, hn::Zero(d)), twice), d, found + i);
     }
 }
@@ -209,87 +230,135 @@ void grow(const std::uint8_t *HWY_RESTRICT next, int count, std::uint8_t *HWY_RE
         values[i] = std::min(values[i], static_cast<std::uint8_t>(next[i] + 1));
 }
 
-/// `fixed_radius`: the radius, if it is known when this is compiled, else 0.
-template <int fixed_radius, int step>
-HWY_API void smooth_by(const SmoothedRow &in, const SensorNoise &sensor, const DepthUnits &units,
-                       float *HWY_RESTRICT out) {
-    /// So many differences may be added up in 16 bits.
+/// How far opposite pixels may lie from one that they are averaged with.
+template <class V>
+struct PairLimits {
+    V twice_z;
+    V above, below; ///< of the sum of both less twice_z
+    V of_others;    ///< of one less the other
+};
+template <class V>
+HWY_API PairLimits<V> pair_limits(V z, const SixSigmas &six_sigmas) {
+    /// Sums of the differences of a row of the largest window stay in 16 bits.
     constexpr int most_pairs = 17;
-    constexpr int most_unit_pairs = fixed_radius == 2 ? 12 : most_pairs;
+    const Units d;
+    const auto most = hn::Set(d, 32767 / most_pairs);
+    const auto tenth_of_z = hn::MulFixedPoint15(z, hn::Set(d, 3277));
+    // Never the whole depth: then holes would be readings.
+    const auto limit = hn::Min(hn::Min(six_sigmas(z), hn::Sub(z, tenth_of_z)), most);
+    return {hn::Add(z, z), limit, hn::Neg(limit), hn::Add(limit, tenth_of_z)};
+}
+/// Adds what two opposite pixels differ together from the one between them, if they are on its
+/// surface. So a slope does not shift the mean.
+template <class V>
+HWY_API void add_pair(const PairLimits<V> &limits, V a, V b, V &sum, V &pairs) {
+    const Units d;
+    const auto difference = hn::Sub(hn::Add(a, b), limits.twice_z);
+    // Not by its absolute value: the least number has none.
+    const auto near = hn::And(hn::Lt(difference, limits.above), hn::Gt(difference, limits.below));
+    const auto ok = hn::And(near, hn::Lt(hn::Abs(hn::Sub(a, b)), limits.of_others));
+    sum = hn::Add(sum, hn::IfThenElseZero(ok, difference));
+    pairs = hn::Sub(pairs, hn::VecFromMask(d, ok));
+}
+
+/// Writes the first `count` lanes of some values.
+template <class D, class V>
+HWY_API void store(D d, V value, int count, hn::TFromD<D> *HWY_RESTRICT to) {
+    constexpr int size = static_cast<int>(hn::MaxLanes(D()));
+    if (count >= size) {
+        hn::StoreU(value, d, to);
+        return;
+    }
+    std::array<hn::TFromD<D>, size> all;
+    hn::StoreU(value, d, all.data());
+    std::copy_n(all.begin(), std::max(count, 0), to);
+}
+
+void smooth(const SmoothedRow &row, const SensorNoise &noise, const DepthUnits &units,
+            float *HWY_RESTRICT out) {
+    const SmoothedRow in = row; // a copy, which nothing written here can change
     const Units d;
     const HalfInts di;
     const HalfFloats df;
-    const int most_steps = (fixed_radius > 0 ? fixed_radius : in.radius) / step;
-    const UnitDepth *const from = in.z;
-    const std::ptrdiff_t stride = in.stride;
-    const int count = in.count;
-    const float metres = units.metres();
-    const SensorNoise noise = in_units(sensor, units, 6.0f);
-    const auto zero = hn::Zero(d);
-    const auto tenth = hn::Set(d, 3277), most = hn::Set(d, 32767 / most_unit_pairs);
-    for (int i = 0; i < count; i += lanes) {
-        const auto z = hn::LoadU(d, from + i);
-        const auto tenth_of_z = hn::MulFixedPoint15(z, tenth);
-        const auto six_sigmas =
-            lower_limit(sigma(df, noise, lower_floats(z)), sigma(df, noise, upper_floats(z)));
-        // Never the whole depth: then holes would be readings.
-        const auto limit = hn::Min(hn::Min(six_sigmas, hn::Sub(z, tenth_of_z)), most);
-        const auto pair_limit = hn::Add(limit, tenth_of_z);
-        const auto twice_z = hn::Add(z, z);
-        auto sum = zero, pairs = zero;
+    const SixSigmas six_sigmas(noise, units);
+    const auto metres = hn::Set(df, units.metres());
+    for (int i = 0; i < in.count; i += lanes) {
+        const UnitDepth *const at = in.z + i;
+        const auto z = hn::LoadU(d, at);
+        const auto limits = pair_limits(z, six_sigmas);
+        auto sum = hn::Zero(d), pairs = sum;
         auto lower = hn::Zero(di), upper = hn::Zero(di);
-        const auto flush = [&]() HWY_ATTR {
+        for (int dv = 0; dv <= in.radius; ++dv) {
+            for (int du = dv == 0 ? 1 : -in.radius; du <= in.radius; ++du) {
+                const std::ptrdiff_t away = dv * in.stride + du;
+                add_pair(limits, hn::LoadU(d, at - away), hn::LoadU(d, at + away), sum, pairs);
+            }
             lower = hn::Add(lower, hn::PromoteTo(di, lower_half(sum)));
             upper = hn::Add(upper, hn::PromoteTo(di, upper_half(sum)));
-            sum = zero;
-        };
-        int unflushed = 0;
-        // Opposite pixels enter as pairs, so that a slope does not shift the mean.
-        for (int dv = 0; dv <= most_steps; ++dv) {
-            const UnitDepth *above = from + i - dv * step * stride;
-            const UnitDepth *below = from + i + dv * step * stride;
-            const int row_pairs = dv == 0 ? most_steps : 2 * most_steps + 1;
-            if (unflushed + row_pairs > most_unit_pairs) {
-                flush();
-                unflushed = 0;
-            }
-            unflushed += row_pairs;
-            for (int du = dv == 0 ? 1 : -most_steps; du <= most_steps; ++du) {
-                const auto a = hn::LoadU(d, above - du * step);
-                const auto b = hn::LoadU(d, below + du * step);
-                const auto difference = hn::Sub(hn::Add(a, b), twice_z);
-                const auto ok = hn::And(hn::Lt(hn::Abs(difference), limit),
-                                        hn::Lt(hn::Abs(hn::Sub(a, b)), pair_limit));
-                sum = hn::Add(sum, hn::IfThenElseZero(ok, difference));
-                pairs = hn::Sub(pairs, hn::VecFromMask(d, ok));
-            }
+            sum = hn::Zero(d);
         }
-        flush();
         // The pixel itself counts as half a pair.
         const auto halves = hn::Add(hn::Add(pairs, pairs), hn::Set(d, 1));
         const auto mean = [&](auto whole, auto differences, auto of) HWY_ATTR {
             const auto shift = hn::Div(hn::ConvertTo(df, differences), of);
-            return hn::Mul(hn::Add(whole, shift), hn::Set(df, metres));
+            return hn::Mul(hn::Add(whole, shift), metres);
         };
-        const auto first = mean(lower_floats(z), lower, lower_floats(halves));
-        const auto second = mean(upper_floats(z), upper, upper_floats(halves));
-        if (i + lanes <= count) {
-            hn::StoreU(first, df, out + i);
-            hn::StoreU(second, df, out + i + lanes / 2);
-        } else {
-            std::array<float, lanes> rest;
-            hn::StoreU(first, df, rest.data());
-            hn::StoreU(second, df, rest.data() + lanes / 2);
-            std::copy_n(rest.begin(), count - i, out + i);
-        }
+        store(df, mean(lower_floats(z), lower, lower_floats(halves)), in.count - i, out + i);
+        store(df, mean(upper_floats(z), upper, upper_floats(halves)), in.count - i - lanes / 2,
+              out + i + lanes / 2);
     }
 }
 
-void smooth(const SmoothedRow &in, const SensorNoise &noise, const DepthUnits &units, float *out) {
-    const auto smooth_it = in.every_second  ? in.radius == 2 ? smooth_by<2, 2> : smooth_by<0, 2>
-                            : in.radius == 2 ? smooth_by<2, 1>
-                                            : smooth_by<0, 1>;
-    smooth_it(in, noise, units, out);
+/// The pairs one and two steps away: sums of their differences, and -1 where both count.
+template <class V>
+struct TwoPairs {
+    V sum, both;
+};
+template <class V>
+HWY_API TwoPairs<V> two_pairs(V z, const UnitDepth *at, std::ptrdiff_t step,
+                              const SixSigmas &six_sigmas) {
+    const Units d;
+    const auto limits = pair_limits(z, six_sigmas);
+    auto sum = hn::Zero(d), pairs = sum;
+    add_pair(limits, hn::LoadU(d, at - step), hn::LoadU(d, at + step), sum, pairs);
+    add_pair(limits, hn::LoadU(d, at - 2 * step), hn::LoadU(d, at + 2 * step), sum, pairs);
+    return {sum, hn::VecFromMask(d, hn::Gt(pairs, hn::Set(d, 1)))};
+}
+
+void smooth_across(const UnitDepth *HWY_RESTRICT z, int count, const SensorNoise &noise,
+                   const DepthUnits &units, UnitDepth *HWY_RESTRICT out) {
+    const Units d;
+    const SixSigmas six_sigmas(noise, units);
+    const auto third = hn::Set(d, 10923), fifth = hn::Set(d, 6554);
+    for (int i = 0; i < count; i += lanes) {
+        const auto here = hn::LoadU(d, z + i);
+        const auto [sum, both] = two_pairs(here, z + i, 1, six_sigmas);
+        const auto share = hn::IfThenElse(hn::MaskFromVec(both), fifth, third);
+        store(d, hn::Add(here, hn::MulFixedPoint15(sum, share)), count - i, out + i);
+    }
+}
+
+void smooth_down(const UnitDepth *HWY_RESTRICT z, std::ptrdiff_t stride, int count,
+                 const SensorNoise &noise, const DepthUnits &units, float *HWY_RESTRICT out) {
+    const Units d;
+    const HalfInts di;
+    const HalfFloats df;
+    const SixSigmas six_sigmas(noise, units);
+    const auto metres = hn::Set(df, units.metres());
+    const auto third = hn::Set(df, units.metres() / 3), fifth = hn::Set(df, units.metres() / 5);
+    for (int i = 0; i < count; i += lanes) {
+        const auto here = hn::LoadU(d, z + i);
+        const auto [sum, both] = two_pairs(here, z + i, stride, six_sigmas);
+        const auto mean = [&](auto whole, auto differences, auto fifths) HWY_ATTR {
+            const auto five = hn::RebindMask(df, hn::MaskFromVec(hn::PromoteTo(di, fifths)));
+            return hn::Add(hn::Mul(whole, metres),
+                           hn::Mul(differences, hn::IfThenElse(five, fifth, third)));
+        };
+        store(df, mean(lower_floats(here), lower_floats(sum), lower_half(both)), count - i,
+              out + i);
+        store(df, mean(upper_floats(here), upper_floats(sum), upper_half(both)),
+              count - i - lanes / 2, out + i + lanes / 2);
+    }
 }
 
 void cracks_of_row(const InsideRows &rows, int count, std::uint8_t *HWY_RESTRICT cracks) {
@@ -328,6 +397,8 @@ HWY_EXPORT(slopes);
 HWY_EXPORT(grow);
 HWY_EXPORT(cracks_of_row);
 HWY_EXPORT(smooth);
+HWY_EXPORT(smooth_across);
+HWY_EXPORT(smooth_down);
 
 } // namespace
 
@@ -361,6 +432,16 @@ void find_cracks(const InsideRows &inside, int count, std::uint8_t *cracks) {
 void smooth_row(const SmoothedRow &in, const SensorNoise &noise, const DepthUnits &units,
                 float *out) {
     HWY_DYNAMIC_DISPATCH(smooth)(in, noise, units, out);
+}
+
+void smooth_row_across(const UnitDepth *z, int count, const SensorNoise &noise,
+                       const DepthUnits &units, UnitDepth *out) {
+    HWY_DYNAMIC_DISPATCH(smooth_across)(z, count, noise, units, out);
+}
+
+void smooth_row_down(const UnitDepth *z, std::ptrdiff_t stride, int count, const SensorNoise &noise,
+                     const DepthUnits &units, float *out) {
+    HWY_DYNAMIC_DISPATCH(smooth_down)(z, stride, count, noise, units, out);
 }
 
 } // namespace afterglow

@@ -48,8 +48,8 @@ struct EdgeRule {
     float edge_relative;
     SensorNoise noise;
 };
-/// Twice the step that parts a surface at each depth from a further one, units; 0 where there is no
-/// depth. Writes whole vectors: up to row_slack more. Real-time safe.
+/// About twice the step that parts a surface at each depth from a further one, units; 0 where there
+/// is no depth. Writes whole vectors: up to row_slack more. Real-time safe.
 void find_steps(const UnitDepth *z, int count, const EdgeRule &rule, const DepthUnits &units,
                 std::int16_t *steps);
 
@@ -92,13 +92,18 @@ struct SmoothedRow {
     const UnitDepth *z;    ///< the first of them
     std::ptrdiff_t stride; ///< of the map
     int radius, count;     ///< the radius is 1 to 8
-    /// Windows are every second pixel of every second row, beginning with their own; not with a
-    /// radius of 1.
-    bool every_second;
 };
 /// Metres: means over windows of what lies on the surface of each pixel, as SurfaceSmoothing has
 /// them where all readings are of one amplitude. Real-time safe.
 void smooth_row(const SmoothedRow &in, const SensorNoise &noise, const DepthUnits &units,
                 float *out);
+
+/// Nearly the same with a radius of 2, for a third of the work, in two passes: means over five
+/// pixels of a row, of which two are before the first and two behind the last, in whole units; ...
+void smooth_row_across(const UnitDepth *z, int count, const SensorNoise &noise,
+                       const DepthUnits &units, UnitDepth *out);
+/// ... and of five rows of those, `stride` depths apart, metres. Real-time safe.
+void smooth_row_down(const UnitDepth *z, std::ptrdiff_t stride, int count, const SensorNoise &noise,
+                     const DepthUnits &units, float *out);
 
 } // namespace afterglow

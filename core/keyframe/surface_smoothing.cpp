@@ -10,6 +10,9 @@
 namespace afterglow {
 namespace {
 
+/// Windows of this radius, pixels, are smoothed in two passes.
+constexpr int radius_of_passes = 2;
+
 /// Weights inverse to the variance of a reading, and of the mean of two, whose deviation is inverse
 /// to their amplitude.
 struct AmplitudeWeights {
@@ -36,8 +39,12 @@ struct AmplitudeWeights {
 } // namespace
 
 SurfaceSmoothing::SurfaceSmoothing(const SmoothingOptions &options, const DepthUnits &units,
-                                   int width)
+                                   int width, int height)
     : options_(options), units_(units) {
+    if (options.radius_px == radius_of_passes && !options.keep_creases &&
+        width > 2 * radius_of_passes)
+        // Kernels read past the last row.
+        across_ = Image<UnitDepth>(width, height + 1 + row_slack / width);
     if (options.keep_creases) {
         narrow_ = Image<float>(width, 2 * options.radius_px + 1);
         sums_.resize(static_cast<std::size_t>(width));
@@ -45,6 +52,10 @@ SurfaceSmoothing::SurfaceSmoothing(const SmoothingOptions &options, const DepthU
 }
 
 void SurfaceSmoothing::run(const UnsmoothedMap &map, WorkerPool &pool, ImageView<float> smooth) {
+    if (!across_.empty() && map.amplitude.empty()) {
+        smooth_in_passes(map, pool, smooth);
+        return;
+    }
     pool.run_strips(smooth.height(), [&](int first, int end) {
         for (int v = first; v < end; ++v)
             smooth_line(map, v, options_.radius_px, smooth.row(v));
@@ -53,8 +64,35 @@ void SurfaceSmoothing::run(const UnsmoothedMap &map, WorkerPool &pool, ImageView
         keep_creases(map, smooth);
 }
 
+/// Along rows, then along columns.
+void SurfaceSmoothing::smooth_in_passes(const UnsmoothedMap &map, WorkerPool &pool,
+                                        ImageView<float> smooth) {
+    const int w = smooth.width(), h = smooth.height();
+    const auto inner = [&](int v) { return v >= radius_of_passes && v < h - radius_of_passes; };
+    pool.run_strips(h, [&](int first, int end) {
+        for (int v = first; v < end; ++v) {
+            const UnitDepth *const z = map.z.row(v);
+            UnitDepth *const across = across_.row(v);
+            const int margin = inner(v) ? radius_of_passes : w;
+            std::copy_n(z, margin, across);
+            std::copy_n(z + w - margin, margin, across + w - margin);
+            if (inner(v))
+                smooth_row_across(z + margin, w - 2 * margin, map.noise, units_, across + margin);
+        }
+    });
+    pool.run_strips(h, [&](int first, int end) {
+        for (int v = first; v < end; ++v) {
+            const UnitDepth *const across = across_.row(v);
+            float *const out = smooth.row(v);
+            if (inner(v))
+                smooth_row_down(across, across_.width(), w, map.noise, units_, out);
+            else
+                std::transform(across, across + w, out, [&](UnitDepth z) { return metres(z); });
+        }
+    });
+}
+
 // Mean over the window of what lies on the pixel's own surface: within three sigmas plus a slope.
-// Where neighbours share their noise, every second pixel averages it as well as all do.
 void SurfaceSmoothing::smooth_line(const UnsmoothedMap &map, int v, int radius, float *out) const {
     const int w = map.edge_distance.width(), h = map.edge_distance.height(), r = radius;
     const UnitDepth *row = map.z.row(v);
@@ -67,9 +105,7 @@ void SurfaceSmoothing::smooth_line(const UnsmoothedMap &map, int v, int radius, 
     for (int u = w - r; u < w; ++u)
         out[u] = metres(row[u]);
     if (map.amplitude.empty()) { // as if all had one amplitude
-        const bool every_second = map.noise_is_shared && r > 1 && !options_.keep_creases;
-        smooth_row({row + r, map.z.stride(), r, w - 2 * r, every_second}, map.noise, units_,
-                   out + r);
+        smooth_row({row + r, map.z.stride(), r, w - 2 * r}, map.noise, units_, out + r);
         return;
     }
     const AmplitudeWeights weights = {map.amplitude};

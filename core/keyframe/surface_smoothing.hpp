@@ -20,8 +20,6 @@ struct UnsmoothedMap {
     /// Of the light that readings were made from; empty: not known.
     ImageView<const std::uint16_t> amplitude;
     SensorNoise noise;
-    /// Neighbours have most of their noise in common.
-    bool noise_is_shared = false;
 };
 
 struct SmoothingOptions {
@@ -35,7 +33,8 @@ struct SmoothingOptions {
 /// Allocates when made; run() is real-time safe.
 class SurfaceSmoothing {
 public:
-    SurfaceSmoothing(const SmoothingOptions &options, const DepthUnits &units, int width);
+    SurfaceSmoothing(const SmoothingOptions &options, const DepthUnits &units, int width,
+                     int height);
 
     /// `smooth`: metres, 0 = none.
     void run(const UnsmoothedMap &map, WorkerPool &pool, ImageView<float> smooth);
@@ -43,11 +42,13 @@ public:
 private:
     class NarrowWindows;
     float metres(int units) const { return units_.metres() * static_cast<float>(units); }
+    void smooth_in_passes(const UnsmoothedMap &map, WorkerPool &pool, ImageView<float> smooth);
     void smooth_line(const UnsmoothedMap &map, int v, int radius, float *out) const;
     void keep_creases(const UnsmoothedMap &map, ImageView<float> smooth);
 
     SmoothingOptions options_;
     DepthUnits units_;
+    Image<UnitDepth> across_; ///< smoothed along its rows; empty: maps are not smoothed in passes
     Image<float> narrow_;     ///< NarrowWindows' differences: of a few rows, metres
     std::vector<float> sums_; ///< of narrow_'s columns
 };

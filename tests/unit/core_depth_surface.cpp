@@ -126,10 +126,9 @@ TEST_CASE("depth smoothing removes noise but does not cross depth edges", "[core
             REQUIRE(surface.z()(u, v) == Approx(u < 50 ? 1 : 2).margin(0.03));
 }
 
-TEST_CASE("depth smoothing averages every second pixel where neighbours have the same noise",
-          "[core]") {
+TEST_CASE("depth smoothing averages five rows and columns", "[core]") {
     std::mt19937 random(5);
-    std::normal_distribution<double> noise(0, 4);
+    std::normal_distribution<double> noise(0, 2);
     for (const int block : {1, 2}) { // pixels wide and high, of one noise
         DepthMap map(camera.width, camera.height);
         for (int v = 0; v < camera.height; v += block)
@@ -142,12 +141,12 @@ TEST_CASE("depth smoothing averages every second pixel where neighbours have the
         for (int v = 10; v < 60; v += 7)
             for (int u = 10; u < 90; u += 7) {
                 double sum = 0;
-                for (int dv = -2; dv <= 2; dv += block)
-                    for (int du = -2; du <= 2; du += block)
+                for (int dv = -2; dv <= 2; ++dv)
+                    for (int du = -2; du <= 2; ++du)
                         sum += 0.001 * map(u + du, v + dv);
-                const int pixels = block == 1 ? 25 : 9;
                 CAPTURE(block, u, v);
-                CHECK(surface.z()(u, v) == Approx(sum / pixels).margin(1e-5));
+                // Means of rows are rounded to half a millimetre.
+                CHECK(surface.z()(u, v) == Approx(sum / 25).margin(3e-4));
             }
     }
 }
@@ -251,9 +250,10 @@ TEST_CASE("readings of little light count less in depth smoothing", "[core]") {
     const double alike = error_mm({}), weighted = error_mm(amplitude);
     INFO(alike << " mm, weighted " << weighted << " mm");
     CHECK(weighted < 0.5 * alike);
-    // Where all is equally bright nothing changes.
+    // Where all is equally bright it is smoothed as well as in two passes, but for outliers.
     std::ranges::fill(amplitude.pixels(), std::uint16_t{700});
-    CHECK(error_mm(amplitude) == Approx(alike).epsilon(1e-4));
+    CHECK(error_mm(amplitude) < 1.3 * alike);
+    CHECK(error_mm(amplitude) > 0.8 * alike);
 }
 
 TEST_CASE("a dim surface keeps its depth beside a bright one", "[core]") {

@@ -54,18 +54,36 @@ float sigma_in_units(int z, const DepthUnits &units, float factor) {
 int fixed_point(int a, int b) {
     return (a * b + (1 << 14)) >> 15;
 }
+/// What the kernels take for six sigmas: fixed-point products, for noise whose factors are below 1.
+int six_sigmas(int z, const DepthUnits &units) {
+    const auto share = [](float of_one) { return static_cast<int>(std::lround(32768 * of_one)); };
+    const int curve =
+        fixed_point(z, share(6 * sensor.linear)) +
+        fixed_point(fixed_point(z, z), share(6 * sensor.quadratic_per_m * units.metres() * 32768));
+    const int sigmas =
+        std::max(static_cast<int>(std::lround(6 * sensor.floor_m * units.per_metre())) + curve,
+                 fixed_point(z, share(6 * sensor.least_relative)));
+    return std::min(sigmas, 32767);
+}
+/// Adds opposite pixels that are on the surface of the one between them.
+void add_pair(int z, int a, int b, int limit, int &sum, int &pairs) {
+    if (a == 0 || b == 0 || std::abs(a + b - 2 * z) >= limit ||
+        std::abs(a - b) >= limit + fixed_point(z, 3277))
+        return;
+    sum += a + b - 2 * z;
+    ++pairs;
+}
+int pair_limit(int z, const DepthUnits &units) {
+    return std::min({six_sigmas(z, units), z - fixed_point(z, 3277), 32767 / 17});
+}
 
 } // namespace
 
 TEST_CASE("smoothing in vectors is smoothing one by one") {
     AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     std::mt19937 random(1);
-    struct Window {
-        int radius, step;
-    };
     for (const float farthest : {12.0f, 30.0f})
-        for (const auto [radius, step] :
-             {Window{1, 1}, {2, 1}, {2, 2}, {3, 1}, {3, 2}, {8, 1}, {8, 2}})
+        for (const int radius : {1, 2, 3, 8})
             for (const int count : {1, 3, 4, 7, 16, 61}) {
                 const DepthUnits units(farthest);
                 const int stride = count + 2 * radius, rows = 2 * radius + 1;
@@ -74,30 +92,94 @@ TEST_CASE("smoothing in vectors is smoothing one by one") {
                     units);
                 const UnitDepth *row = map.data() + radius * stride + radius;
                 std::vector<float> out(static_cast<std::size_t>(count) + 1, -1.0f);
-                smooth_row({row, stride, radius, count, step == 2}, sensor, units, out.data());
-                const int reach = radius / step * step;
+                smooth_row({row, stride, radius, count}, sensor, units, out.data());
                 for (int u = 0; u < count; ++u) {
-                    const int z = row[u], tenth = fixed_point(z, 3277);
-                    const int limit =
-                        std::min({static_cast<int>(sigma_in_units(z, units, 6) + 0.9999f),
-                                  z - tenth, 32767 / (radius == 2 ? 12 : 17)});
+                    const int z = row[u], limit = pair_limit(z, units);
                     int sum = 0, pairs = 0;
-                    for (int dv = 0; dv <= reach; dv += step)
-                        for (int du = dv == 0 ? step : -reach; du <= reach; du += step) {
-                            const int a = row[u - dv * stride - du], b = row[u + dv * stride + du];
-                            if (a == 0 || b == 0 || std::abs(a + b - 2 * z) >= limit ||
-                                std::abs(a - b) >= limit + tenth)
-                                continue;
-                            sum += a + b - 2 * z;
-                            ++pairs;
-                        }
+                    for (int dv = 0; dv <= radius; ++dv)
+                        for (int du = dv == 0 ? 1 : -radius; du <= radius; ++du)
+                            add_pair(z, row[u - dv * stride - du], row[u + dv * stride + du], limit,
+                                     sum, pairs);
                     const float mean = static_cast<float>(z) +
                                        static_cast<float>(sum) / static_cast<float>(2 * pairs + 1);
-                    CAPTURE(farthest, radius, step, count, u, z, sum, pairs);
+                    CAPTURE(farthest, radius, count, u, z, sum, pairs);
                     REQUIRE(out[static_cast<std::size_t>(u)] == mean * units.metres());
                 }
                 CHECK(out.back() == -1.0f);
             }
+}
+
+TEST_CASE("smoothing in two passes in vectors is smoothing one by one") {
+    AFTERGLOW_ON_EACH_INSTRUCTION_SET();
+    std::mt19937 random(5);
+    for (const float farthest : {12.0f, 30.0f})
+        for (const int count : {1, 3, 4, 7, 16, 61}) {
+            const DepthUnits units(farthest);
+            const auto size = static_cast<std::size_t>(count);
+            const auto row = unit_depths(random, size + 4, units);
+            std::vector<UnitDepth> across(size + 1, UnitDepth{-1});
+            smooth_row_across(row.data() + 2, count, sensor, units, across.data());
+            const auto mean_of = [&](const UnitDepth *at, int step, int &sum, int &pairs) {
+                const int limit = pair_limit(*at, units);
+                for (const int away : {step, 2 * step})
+                    add_pair(*at, *(at - away), *(at + away), limit, sum, pairs);
+            };
+            for (std::size_t u = 0; u < size; ++u) {
+                int sum = 0, pairs = 0;
+                mean_of(row.data() + 2 + u, 1, sum, pairs);
+                CAPTURE(farthest, count, u, sum, pairs);
+                REQUIRE(across[u] == row[u + 2] + fixed_point(sum, pairs == 2 ? 6554 : 10923));
+            }
+            CHECK(across.back() == -1);
+
+            const auto rows = unit_depths(random, 5 * size, units);
+            const UnitDepth *const middle = rows.data() + 2 * count;
+            std::vector<float> out(size + 1, -1.0f);
+            smooth_row_down(middle, count, count, sensor, units, out.data());
+            for (std::size_t u = 0; u < size; ++u) {
+                int sum = 0, pairs = 0;
+                mean_of(middle + u, count, sum, pairs);
+                const float share = units.metres() / (pairs == 2 ? 5 : 3);
+                CAPTURE(farthest, count, u, sum, pairs);
+                REQUIRE(out[u] == static_cast<float>(middle[u]) * units.metres() +
+                                      static_cast<float>(sum) * share);
+            }
+            CHECK(out.back() == -1.0f);
+        }
+}
+
+TEST_CASE("six sigmas in 16 bits are near those of floats, for all sensors", "[core]") {
+    AFTERGLOW_ON_EACH_INSTRUCTION_SET();
+    // As steps: of surfaces that nothing but noise parts.
+    for (const float factor : {0.1f, 1.0f, 10.0f, 200.0f})
+        for (const SensorNoise &of : {SensorNoise{}, SensorNoise{.floor_m = 0.002f,
+                                                     .linear = 0.002f,
+                                                     .quadratic_per_m = 0,
+                                                     .least_relative = 0}}) {
+            const SensorNoise noise = of.times(factor);
+            for (const float farthest : {12.0f, 30.0f}) {
+                const DepthUnits units(farthest);
+                std::vector<UnitDepth> z;
+                for (int depth = 200; depth < 32767; depth += 97)
+                    z.push_back(static_cast<UnitDepth>(depth));
+                const auto count = static_cast<int>(z.size());
+                z.resize(z.size() + row_slack);
+                std::vector<std::int16_t> steps(z.size() + row_slack);
+                find_steps(z.data(), count, {0, noise}, units, steps.data());
+                for (int i = 0; i < count; ++i) {
+                    const auto k = static_cast<std::size_t>(i);
+                    const float exact =
+                        std::min(6 * units.per_metre() *
+                                     noise.sigma(units.metres() * static_cast<float>(z[k])),
+                                 32767.0f);
+                    CAPTURE(factor, farthest, z[k], exact);
+                    // Products of large factors are rounded before they are doubled.
+                    const float rounding = 3 * std::max(1.0f, factor / 4);
+                    REQUIRE(std::abs(static_cast<float>(steps[k]) - exact) <
+                            rounding + 0.02f * exact);
+                }
+            }
+        }
 }
 
 TEST_CASE("smoothing takes no hole and nothing far away for a neighbour") {
@@ -114,9 +196,17 @@ TEST_CASE("smoothing takes no hole and nothing far away for a neighbour") {
             row[3] = static_cast<UnitDepth>(z);
             std::vector<float> out(8);
             // So noisy that a hole would lie within three sigmas.
-            smooth_row({row, 12, 2, 8, false}, sensor.times(16), units, out.data());
+            smooth_row({row, 12, 2, 8}, sensor.times(16), units, out.data());
             CAPTURE(z, other);
             CHECK(out[3] == static_cast<float>(z) * units.metres());
+            CHECK(out[4] == 0.0f);
+
+            std::vector<UnitDepth> across(8);
+            smooth_row_across(row, 8, sensor.times(16), units, across.data());
+            CHECK(across[3] == z);
+            CHECK(across[4] == 0);
+            smooth_row_down(row, 12, 8, sensor.times(16), units, out.data());
+            CHECK(out[3] == Approx(static_cast<float>(z) * units.metres()));
             CHECK(out[4] == 0.0f);
         }
 }
@@ -175,9 +265,9 @@ TEST_CASE("neighbours are compared in vectors as one by one") {
             std::vector<std::int16_t> steps(size + row_slack);
             find_steps(z.data(), count, rule, units, steps.data());
             for (std::size_t i = 0; i < size; ++i) {
-                const float twice = 2 * rule.edge_relative * static_cast<float>(z[i]) +
-                                    sigma_in_units(z[i], units, 6);
-                REQUIRE(steps[i] == (z[i] == 0 ? 0 : static_cast<int>(twice)));
+                const int relative =
+                    fixed_point(z[i], static_cast<int>(std::lround(65536 * rule.edge_relative)));
+                REQUIRE(steps[i] == (z[i] == 0 ? 0 : relative + six_sigmas(z[i], units)));
             }
             return steps;
         };
