@@ -68,7 +68,8 @@ void ResidualFlow::find(const Then &then, const Pyramid &now, const Placement &a
                         DepthView composed, ImageView<const std::uint8_t> moving) {
     if (then.t_ns != then_ns_) {
         then_ns_ = then.t_ns;
-        std::ranges::fill(patches_.pixels(), Patch{});
+        for (Patch &patch : patches_.pixels())
+            patch.moves = false;
     }
     any_ = changed_ = false;
     if (shows_images_) {
@@ -85,7 +86,8 @@ void ResidualFlow::find(const Then &then, const Pyramid &now, const Placement &a
                     look_again(x, y, in);
         any_ =
             std::ranges::any_of(patches_.pixels(), [](const Patch &patch) { return patch.moves; });
-        spread(in);
+        if (std::ranges::any_of(patches_.pixels(), needs_spreading))
+            spread(in);
     }
     find_unexplained(moving);
 }
@@ -111,8 +113,10 @@ void ResidualFlow::choose_patches(ImageView<const std::uint8_t> moving) {
                     patches_(i, j).looked_for = true;
         }
     for (Patch &patch : patches_.pixels())
-        if (!patch.looked_for)
+        if (!patch.looked_for) {
             patch.unlike = false;
+            patch.from = {0, 0};
+        }
 }
 
 /// Where the camera's motion puts, in the keyframe's image, the patch with this first pixel.
@@ -234,6 +238,14 @@ ResidualFlow::Shift ResidualFlow::shift_of(const Patch &patch, int x, int y,
     return {static_cast<std::int16_t>(pixels.x()), static_cast<std::int16_t>(pixels.y())};
 }
 
+/// Whether a patch is no more where it was when its pixels were last given away.
+bool ResidualFlow::needs_spreading(const Patch &patch) {
+    constexpr float same_place = 0.1f; // pixels of the level
+    return patch.displacement() != patch.spread ||
+           (patch.looked_for &&
+            (patch.place - patch.spread_place).squaredNorm() > same_place * same_place);
+}
+
 /// Gives each pixel that is in a patch to the one that explains it best.
 void ResidualFlow::spread(const Search &in) {
     // What was displaced in the last image may be no more.
@@ -243,10 +255,12 @@ void ResidualFlow::spread(const Search &in) {
                   std::numeric_limits<float>::max());
         std::fill(owner_.row(v) + area.left, owner_.row(v) + area.right, -1);
     }
-    for (int y = 0; any_ && y < patches_.height(); ++y)
+    for (int y = 0; y < patches_.height(); ++y)
         for (int x = 0; x < patches_.width(); ++x) {
-            const Patch &patch = patches_(x, y);
-            if (!patch.looked_for)
+            Patch &patch = patches_(x, y);
+            patch.spread = patch.displacement();
+            patch.spread_place = patch.place;
+            if (!any_ || !patch.looked_for)
                 continue;
             const Eigen::Vector2f place = patch.place + patch.from;
             if (shows_patch(in.then.image, place))
@@ -258,7 +272,7 @@ void ResidualFlow::spread(const Search &in) {
         for (int u = area.left; u < area.right; ++u) {
             const std::int32_t owner = owner_(u, v);
             const Shift shift =
-                owner < 0 ? Shift{} : patches_.pixels()[static_cast<std::size_t>(owner)].shift;
+                owner < 0 ? Shift{} : patches_.pixels()[static_cast<std::size_t>(owner)].spread;
             changed_ = changed_ || shift != shifts_(u, v);
             shifts_(u, v) = shift;
         }

@@ -70,6 +70,11 @@ private:
         Shift shift;
         float still = 0; ///< mean square difference where the camera's motion puts it
         PatchFit fit;    ///< at from
+        /// What the last spread() took.
+        Shift spread;
+        Eigen::Vector2f spread_place = {0, 0};
+
+        Shift displacement() const { return moves ? shift : Shift{}; }
     };
     /// What find() got.
     struct Search {
@@ -94,6 +99,7 @@ private:
     void go_on(int x, int y, const ImagePatch &seen, const Search &in);
     Eigen::Vector2f place_of(const Eigen::Vector2f &first, const Search &in) const;
     Shift shift_of(const Patch &patch, int x, int y, const Search &in) const;
+    static bool needs_spreading(const Patch &patch);
     void spread(const Search &in);
     Area area_of_patches() const;
     static Area joined(const Area &a, const Area &b);
