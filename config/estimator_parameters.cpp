@@ -147,6 +147,9 @@ void add_keyframe(ParameterTable &table, KeyframeOptions &k, std::string &sensor
     table.add("compose.newest_bonus", &k.compose.newest_bonus, {0, 100, "percent"},
               "An earlier map is aligned with only if this much more of it is in view; raise it "
               "when depth jumps as the map changes.");
+    table.add("compose.follow_moving", &k.compose.follow_moving, {},
+              "Depth goes along with what moves by itself; turn it off to save processor time, at "
+              "the price of light.");
     table.section("error",
                   "Preset default: what error of a warped map is expected, which the gate acts on. "
                   "`afterglow-eval run` tells how well it fits.",
@@ -161,8 +164,8 @@ void add_keyframe(ParameterTable &table, KeyframeOptions &k, std::string &sensor
               "Part of the sensor's noise that smoothing leaves; lower it when "
               "surface.smooth_radius_px is raised.");
     table.add("error.moving_error", &k.error.moving_error, {0, 1, "of depth"},
-              "Error of pixels that move against the scene; raise it when moving things should be "
-              "measured more often.");
+              "Error of pixels that move against the scene and cannot be followed; raise it when "
+              "moving things should be measured more often.");
 }
 
 void add_gate(ParameterTable &table, GatePolicy &gate) {

@@ -24,6 +24,7 @@ struct ComposeOptions {
     int maps_per_frame = 1; ///< most maps warped into one frame
     /// An earlier keyframe is tracked against only if that much more of it is in view, percent.
     float newest_bonus = 25;
+    bool follow_moving = true; ///< depth goes along with what moves by itself
 };
 
 /// The stages of preset "default" (docs/estimation.md).

@@ -55,8 +55,8 @@ int ResidualFlow::level_for(const Intrinsics &tracking, int most_level) {
     return level;
 }
 
-ResidualFlow::ResidualFlow(const Views &views, int most_level)
-    : shows_images_(views.publishes_tracking()), level_(level_for(views.tracking, most_level)),
+ResidualFlow::ResidualFlow(const Views &views, int most_level, bool search)
+    : search_(search && views.publishes_tracking()), level_(level_for(views.tracking, most_level)),
       camera_(views.tracking.at_level(level_)),
       patches_(patches_along(camera_.width), patches_along(camera_.height)),
       least_(camera_.width, camera_.height), owner_(camera_.width, camera_.height),
@@ -72,7 +72,7 @@ void ResidualFlow::find(const Then &then, const Pyramid &now, const Placement &a
             patch.moves = false;
     }
     any_ = changed_ = false;
-    if (shows_images_) {
+    if (search_) {
         const Search in = {then, now.level(level_), at, at.pose.inverse(), composed};
         choose_patches(moving);
         // What one patch has found its neighbours try, in the order of reading and back.

@@ -27,8 +27,8 @@ namespace afterglow {
 /// calls are real-time safe.
 class ResidualFlow {
 public:
-    /// `most_level`: of the pyramid.
-    ResidualFlow(const Views &views, int most_level);
+    /// `most_level`: of the pyramid; `search`: flow is looked for.
+    ResidualFlow(const Views &views, int most_level, bool search = true);
 
     /// The pyramid level whose pixels are displaced.
     static int level_for(const Intrinsics &tracking, int most_level);
@@ -105,7 +105,7 @@ private:
     static Area joined(const Area &a, const Area &b);
     void find_unexplained(ImageView<const std::uint8_t> moving);
 
-    bool shows_images_; ///< published maps show what images do
+    bool search_;
     int level_;
     Intrinsics camera_; ///< of the level
     Image<Patch> patches_;

@@ -176,11 +176,13 @@ TEST_CASE("flow is found in cells that move, and forgotten with its keyframe", "
     }
 }
 
-TEST_CASE("a published camera that is not the tracking one keeps its moving cells", "[core]") {
+TEST_CASE("moving cells that are not followed are not explained", "[core]") {
     const Film film = film_box(at_rest(), 1);
     Views views(film.camera);
-    views.published_from_tracking.T.x() = 0.03;
-    ResidualFlow flow(views, 3);
+    const bool followed = GENERATE(false, true);
+    if (followed) // but shown from elsewhere
+        views.published_from_tracking.T.x() = 0.03;
+    ResidualFlow flow(views, 3, followed);
     Pyramid image(320, 240, 3);
     image.build(film.images[0]);
     Image<std::uint8_t> moving(MotionMask::cells(320), MotionMask::cells(240));
