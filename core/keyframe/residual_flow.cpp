@@ -92,10 +92,10 @@ void ResidualFlow::find(const Then &then, const Pyramid &now, const Placement &a
     find_unexplained(moving);
 }
 
-/// Those that have moved, and those near a cell that moves.
+/// Those near a cell that moves.
 void ResidualFlow::choose_patches(ImageView<const std::uint8_t> moving) {
     for (Patch &patch : patches_.pixels())
-        patch.looked_for = patch.moves;
+        patch.looked_for = false;
     const int cell = MotionMask::cell_px >> level_;
     const auto touching = [&](int at, int patches) { // from one, to the one after the last
         const int begin = (at - reach_cells) * cell, end = (at + 1 + reach_cells) * cell;
@@ -114,7 +114,7 @@ void ResidualFlow::choose_patches(ImageView<const std::uint8_t> moving) {
         }
     for (Patch &patch : patches_.pixels())
         if (!patch.looked_for) {
-            patch.unlike = false;
+            patch.moves = patch.unlike = false;
             patch.from = {0, 0};
         }
 }
