@@ -46,8 +46,7 @@ bool WarmupFilter::is_settled(DepthView map, const Estimate &expected) {
     }
     if (settled_)
         return true;
-    for (int v = 0; v < map.height(); ++v)
-        std::copy_n(map.row(v), map.width(), previous_.row(v));
+    copy_pixels(map, previous_.view());
     ++passed_;
     return false;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cassert>
 #include <cstddef>
 #include <cstdint>
@@ -80,11 +81,26 @@ private:
     int height_ = 0;
 };
 
+/// Copies the pixels of one view to another of its size.
+template <class T>
+void copy_pixels(std::type_identity_t<ImageView<const T>> from, ImageView<T> to) {
+    assert(from.same_size(to));
+    for (int v = 0; v < from.height(); ++v)
+        std::copy_n(from.row(v), from.width(), to.row(v));
+}
+
 /// 8-bit luma, as the sensor gave it (gamma included).
 using Luma = Image<std::uint8_t>;
 using LumaView = ImageView<const std::uint8_t>;
 /// Millimetres along the optical axis (Z), 0 = no depth (REP 118).
 using DepthMap = Image<std::uint16_t>;
 using DepthView = ImageView<const std::uint16_t>;
+
+/// The depth at a pixel, metres. Where there is none: so far away that of a camera's motion the
+/// rotation alone tells where the pixel goes.
+inline double metres_or_far(DepthView depth, int u, int v) {
+    constexpr double far_m = 1000;
+    return depth(u, v) != 0 ? 1e-3 * depth(u, v) : far_m;
+}
 
 } // namespace afterglow

@@ -30,12 +30,6 @@ ImageView<T> cell_of(ImageView<T> image, int x, int y) {
             std::min(size, image.height() - y * size), image.stride()};
 }
 
-template <class T>
-void copy_pixels(ImageView<T> from, ImageView<T> to) {
-    for (int v = 0; v < from.height(); ++v)
-        std::copy_n(from.row(v), from.width(), to.row(v));
-}
-
 } // namespace
 
 DepthComposer::DepthComposer(const Views &views, const KeyframeOptions &options, WorkerPool &pool)

@@ -22,7 +22,7 @@ struct ImagePatch {
     /// Sums of the products of the gradients: u u, u v, v v.
     float uu = 0, uv = 0, vv = 0;
 
-    /// It has gradients in two directions, so that it is found in one place.
+    /// Its gradients have two directions, so that its place is determined.
     bool is_distinct() const {
         constexpr float least_ratio = 1e-3f; // of the eigenvalues, about
         const float trace = uu + vv;
@@ -33,11 +33,11 @@ struct ImagePatch {
 /// The patch whose first pixel is (u, v): 1 <= u < image.width() - side, v alike. Real-time safe.
 ImagePatch patch_at(ImageView<const float> image, int u, int v);
 
-/// How a patch differs from what an image shows.
+/// How a patch differs from what an image shows at a place.
 struct PatchFit {
     float mean_square = 0; ///< of the difference without its mean, grey values squared
-    /// How much farther to the right and down the patch is there, by a Gauss-Newton step, pixels.
-    /// For patches that are distinct.
+    /// The Gauss-Newton step from there towards the patch, pixels right and down. Of patches that
+    /// are distinct.
     Eigen::Vector2f step = Eigen::Vector2f::Zero();
 };
 
@@ -53,10 +53,10 @@ PatchFit fit_patch(const ImagePatch &patch, ImageView<const float> image,
 struct Brightness {
     float gain = 1, offset = 0;
 };
-/// For each pixel of a square that begins at (u, v) of `image`: where what `then` shows from
-/// `place` on differs less than `least` says, its difference becomes the least, and `owner` is
-/// written. The difference is the mean of 3 x 3 absolute ones in the square. `then` shows all of
-/// the square. Real-time safe.
+/// Compares the square of a patch that begins at pixel (u, v) of `image` with the square that
+/// begins at `place` of `then`, which shows all of it. A pixel's difference is the mean absolute
+/// difference of 3 x 3 pixels, grey values; those beyond the square's border count as the border's.
+/// Where it is below `least`, it is written there, and `owner` to `owners`. Real-time safe.
 void claim_pixels(ImageView<const float> image, int u, int v, ImageView<const float> then,
                   const Eigen::Vector2f &place, const Brightness &brightness, std::int32_t owner,
                   ImageView<float> least, ImageView<std::int32_t> owners);

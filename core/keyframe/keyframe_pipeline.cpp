@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/keyframe/keyframe_pipeline.hpp"
 
-#include <algorithm>
 #include <cassert>
 #include <utility>
 
@@ -79,8 +78,7 @@ void KeyframePipeline::prepare() {
         return;
     Keyframe &newest = keyframes_[0];
     newest.surface.finish();
-    const ImageView<const float> grey = tracker_.image().level(publication_.flow_level());
-    std::copy_n(grey.data(), newest.grey.pixels().size(), newest.grey.pixels().begin());
+    copy_pixels(tracker_.image().level(publication_.flow_level()), newest.grey.view());
     newest.alignment_template.build(tracker_.image(),
                                     seen_.seen(newest.surface, lag().inverse(), while_read()));
 }

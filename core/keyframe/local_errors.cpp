@@ -11,8 +11,6 @@ namespace {
 constexpr int least_pixels = 32;
 /// A cell is more wrong than modelled when its error is more than so many times the modelled one.
 constexpr double noticed = 2;
-/// Assumed where the composed map has no depth: there the camera's rotation alone tells the place.
-constexpr double far_m = 1000;
 
 } // namespace
 
@@ -29,7 +27,7 @@ void LocalErrors::predict(DepthView composed, const Pose &pose, int frames) {
         for (int x = 0; x < rate_then_.width(); ++x) {
             const int u = std::min(x * cell_px + cell_px / 2, camera_.width - 1);
             const int v = std::min(y * cell_px + cell_px / 2, camera_.height - 1);
-            const double z = composed(u, v) != 0 ? 1e-3 * composed(u, v) : far_m;
+            const double z = metres_or_far(composed, u, v);
             const Eigen::Vector3d then = back * camera_.back_project(u, v, z);
             float rate = 0;
             if (then.z() > 0) {

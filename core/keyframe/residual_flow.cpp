@@ -19,21 +19,21 @@ constexpr int stride = ImagePatch::side / 2;
 constexpr int border = 1;
 /// The level has at most so many columns.
 constexpr int most_columns = 200;
-/// Patches are looked for in cells up to so many from one that moves.
+/// Patches are searched for in moving cells and so many cells around.
 constexpr int reach_cells = 1;
 constexpr int most_steps = 6;
-/// Displacements that differ by less lead to one, pixels of the level.
+/// Gauss-Newton steps from flows that are nearer to each other than this end at one place; pixels
+/// of the level.
 constexpr float alike = 0.25f;
-/// Steps end when they are shorter; one that is longer leads nowhere. Pixels of the level.
+/// Refinement ends at a step that is shorter, or longer, than these; pixels of the level.
 constexpr float least_step = 0.03f, longest_step = 4;
-/// A patch that differs by less has not moved: root mean square of grey values.
+/// A patch that differs by less than this has not moved: root mean square, grey values.
 constexpr float same_grey = 3;
-/// A displacement must leave less than this share of the mean square difference.
+/// A patch moves if its flow leaves less than this share of the mean square difference.
 constexpr float most_left = 0.25f;
-/// In a cell that is explained so many patches are displaced for each that is unlike what is seen.
+/// A moving cell is explained if it has so many times more patches that move than patches that
+/// differ and were not found.
 constexpr int explained_ratio = 2;
-/// Assumed where the composed map has no depth: there the camera's rotation alone tells the place.
-constexpr double no_depth_m = 1000;
 
 int patches_along(int pixels) {
     return std::max(0, (pixels - 2 * border - ImagePatch::side) / stride + 1);
@@ -55,9 +55,9 @@ int ResidualFlow::level_for(const Intrinsics &tracking, int most_level) {
     return level;
 }
 
-ResidualFlow::ResidualFlow(const Views &views, int most_level, bool search)
-    : search_(search && views.publishes_tracking()), level_(level_for(views.tracking, most_level)),
-      camera_(views.tracking.at_level(level_)),
+ResidualFlow::ResidualFlow(const Views &views, int most_level, bool enabled)
+    : enabled_(enabled && views.publishes_tracking()),
+      level_(level_for(views.tracking, most_level)), camera_(views.tracking.at_level(level_)),
       patches_(patches_along(camera_.width), patches_along(camera_.height)),
       least_(camera_.width, camera_.height), owner_(camera_.width, camera_.height),
       shifts_(camera_.width, camera_.height),
@@ -72,30 +72,30 @@ void ResidualFlow::find(const Then &then, const Pyramid &now, const Placement &a
             patch.moves = false;
     }
     any_ = changed_ = false;
-    if (search_) {
+    if (enabled_) {
         const Search in = {then, now.level(level_), at, at.pose.inverse(), composed};
         choose_patches(moving);
-        // What one patch has found its neighbours try, in the order of reading and back.
+        // A patch tries the flow of its neighbours: from the top left on, then from the bottom
+        // right on.
         for (int y = 0; y < patches_.height(); ++y)
             for (int x = 0; x < patches_.width(); ++x)
-                if (patches_(x, y).looked_for)
-                    look_for(x, y, in);
+                if (patches_(x, y).searched)
+                    match(x, y, in);
         for (int y = patches_.height() - 1; y >= 0; --y)
             for (int x = patches_.width() - 1; x >= 0; --x)
-                if (patches_(x, y).looked_for)
-                    look_again(x, y, in);
+                if (patches_(x, y).searched)
+                    match_again(x, y, in);
         any_ =
             std::ranges::any_of(patches_.pixels(), [](const Patch &patch) { return patch.moves; });
-        if (std::ranges::any_of(patches_.pixels(), needs_spreading))
-            spread(in);
+        densify(in);
     }
     find_unexplained(moving);
 }
 
-/// Those near a cell that moves.
+/// Marks the patches that touch a moving cell, or one near it, as searched.
 void ResidualFlow::choose_patches(ImageView<const std::uint8_t> moving) {
     for (Patch &patch : patches_.pixels())
-        patch.looked_for = false;
+        patch.searched = false;
     const int cell = MotionMask::cell_px >> level_;
     const auto touching = [&](int at, int patches) { // from one, to the one after the last
         const int begin = (at - reach_cells) * cell, end = (at + 1 + reach_cells) * cell;
@@ -110,12 +110,12 @@ void ResidualFlow::choose_patches(ImageView<const std::uint8_t> moving) {
             const auto [top, bottom] = touching(y, patches_.height());
             for (int j = top; j < bottom; ++j)
                 for (int i = left; i < right; ++i)
-                    patches_(i, j).looked_for = true;
+                    patches_(i, j).searched = true;
         }
     for (Patch &patch : patches_.pixels())
-        if (!patch.looked_for) {
+        if (!patch.searched) {
             patch.moves = patch.unlike = false;
-            patch.from = {0, 0};
+            patch.flow = {0, 0};
         }
 }
 
@@ -127,19 +127,20 @@ Eigen::Vector2f ResidualFlow::place_of(const Eigen::Vector2f &first, const Searc
         ((middle.array() + 0.5f) * static_cast<float>(1 << level_)).cast<int>();
     const int u = std::clamp(pixel.x(), 0, in.composed.width() - 1);
     const int v = std::clamp(pixel.y(), 0, in.composed.height() - 1);
-    const double z = in.composed(u, v) != 0 ? 1e-3 * in.composed(u, v) : no_depth_m;
-    const Eigen::Vector3d X = in.to_then * camera_.back_project(middle.x(), middle.y(), z);
+    const Eigen::Vector3d X =
+        in.to_then * camera_.back_project(middle.x(), middle.y(), metres_or_far(in.composed, u, v));
     if (!(X.z() > 0))
         return {-1, -1}; // where no picture shows it
     return camera_.project(X).cast<float>().array() - to_middle;
 }
 
-/// Looks for a patch from where it was in the last image, and from where its neighbours are.
-void ResidualFlow::look_for(int x, int y, const Search &in) {
+/// Finds a patch in the keyframe's image; starts at no flow, at its last and at its neighbours'
+/// flow.
+void ResidualFlow::match(int x, int y, const Search &in) {
     Patch &patch = patches_(x, y);
-    const Eigen::Vector2f before = patch.from;
+    const Eigen::Vector2f before = patch.flow;
     const bool moved = std::exchange(patch.moves, false);
-    patch.from = {0, 0};
+    patch.flow = {0, 0};
     patch.unlike = false;
     const Eigen::Vector2i first = {first_pixel(x), first_pixel(y)};
     patch.place = place_of(first.cast<float>(), in);
@@ -154,15 +155,15 @@ void ResidualFlow::look_for(int x, int y, const Search &in) {
     if (!seen.is_distinct())
         return;
     if (moved)
-        try_from(before, seen, in, patch);
+        try_flow(before, seen, in, patch);
     for (const Patch *neighbour : neighbours(x, y))
         if (differs(patch, *neighbour))
-            try_from(neighbour->from, seen, in, patch);
-    go_on(x, y, seen, in);
+            try_flow(neighbour->flow, seen, in, patch);
+    refine(x, y, seen, in);
 }
 
-/// Looks once more for a patch from where its neighbours are, which may have found something since.
-void ResidualFlow::look_again(int x, int y, const Search &in) {
+/// Tries the flow of neighbours that were matched after the patch.
+void ResidualFlow::match_again(int x, int y, const Search &in) {
     Patch &patch = patches_(x, y);
     if (!patch.moves && !patch.unlike)
         return;
@@ -174,14 +175,14 @@ void ResidualFlow::look_again(int x, int y, const Search &in) {
         return;
     bool better = false;
     for (const Patch *other : others)
-        better = (differs(patch, *other) && try_from(other->from, seen, in, patch)) || better;
+        better = (differs(patch, *other) && try_flow(other->flow, seen, in, patch)) || better;
     if (better)
-        go_on(x, y, seen, in);
+        refine(x, y, seen, in);
 }
 
-/// Whether a neighbour is displaced otherwise, so that it is worth trying.
+/// Whether a neighbour's flow is another one, and so worth trying.
 bool ResidualFlow::differs(const Patch &patch, const Patch &neighbour) {
-    return neighbour.moves && (neighbour.from - patch.from).squaredNorm() > alike * alike;
+    return neighbour.moves && (neighbour.flow - patch.flow).squaredNorm() > alike * alike;
 }
 
 /// At the borders a patch stands for a neighbour that is not there.
@@ -192,26 +193,26 @@ std::array<const ResidualFlow::Patch *, 4> ResidualFlow::neighbours(int x, int y
             &patches_(x, below)};
 }
 
-/// Takes a displacement if it explains the patch better than what it has.
-bool ResidualFlow::try_from(const Eigen::Vector2f &from, const ImagePatch &seen, const Search &in,
+/// Takes a flow if the patch differs less there than at the flow that it has.
+bool ResidualFlow::try_flow(const Eigen::Vector2f &flow, const ImagePatch &seen, const Search &in,
                             Patch &patch) {
-    if (!shows_patch(in.then.image, patch.place + from))
+    if (!shows_patch(in.then.image, patch.place + flow))
         return false;
-    const PatchFit fit = fit_patch(seen, in.then.image, patch.place + from, in.at.gain);
+    const PatchFit fit = fit_patch(seen, in.then.image, patch.place + flow, in.at.gain);
     if (!(fit.mean_square < patch.fit.mean_square))
         return false;
     patch.fit = fit;
-    patch.from = from;
+    patch.flow = flow;
     return true;
 }
 
-/// Goes on by Gauss-Newton steps, and tells whether the patch moves.
-void ResidualFlow::go_on(int x, int y, const ImagePatch &seen, const Search &in) {
+/// Improves a patch's flow by Gauss-Newton steps, and decides whether the patch moves.
+void ResidualFlow::refine(int x, int y, const ImagePatch &seen, const Search &in) {
     Patch &patch = patches_(x, y);
     for (int i = 0; i < most_steps; ++i) {
         const float length = patch.fit.step.norm();
         if (!(length > least_step && length < longest_step) ||
-            !try_from(patch.from + patch.fit.step, seen, in, patch))
+            !try_flow(patch.flow + patch.fit.step, seen, in, patch))
             break;
     }
     patch.moves = patch.fit.mean_square < most_left * patch.still;
@@ -219,50 +220,40 @@ void ResidualFlow::go_on(int x, int y, const ImagePatch &seen, const Search &in)
     if (patch.moves)
         patch.shift = shift_of(patch, x, y, in);
     else
-        patch.from = {0, 0};
+        patch.flow = {0, 0};
 }
 
-/// Where the composed map shows what the patch shows. What is there may have another depth, and so
-/// be carried elsewhere by the camera's motion.
+/// Where the composed map shows what the patch shows. The thing there may be nearer or farther than
+/// what the map shows at the patch, so that the camera's motion moves it by another parallax.
 ResidualFlow::Shift ResidualFlow::shift_of(const Patch &patch, int x, int y,
                                            const Search &in) const {
     const Eigen::Vector2f first = {static_cast<float>(first_pixel(x)),
                                    static_cast<float>(first_pixel(y))};
-    Eigen::Vector2f from = patch.from;
-    const Eigen::Vector2f found = patch.place + patch.from;
-    const Eigen::Vector2f back = place_of(first + from, in);
+    Eigen::Vector2f flow = patch.flow;
+    const Eigen::Vector2f found = patch.place + patch.flow;
+    const Eigen::Vector2f back = place_of(first + flow, in);
     if (shows_patch(in.then.image, back))
-        from += found - back;
+        flow += found - back;
     const Eigen::Vector2i pixels =
-        (static_cast<float>(1 << level_) * from).array().round().cast<int>();
+        (static_cast<float>(1 << level_) * flow).array().round().cast<int>();
     return {static_cast<std::int16_t>(pixels.x()), static_cast<std::int16_t>(pixels.y())};
 }
 
-/// Whether a patch is no more where it was when its pixels were last given away.
-bool ResidualFlow::needs_spreading(const Patch &patch) {
-    constexpr float same_place = 0.1f; // pixels of the level
-    return patch.displacement() != patch.spread ||
-           (patch.looked_for &&
-            (patch.place - patch.spread_place).squaredNorm() > same_place * same_place);
-}
-
-/// Gives each pixel that is in a patch to the one that explains it best.
-void ResidualFlow::spread(const Search &in) {
-    // What was displaced in the last image may be no more.
+/// Gives each pixel the shift of that patch around it which differs least there.
+void ResidualFlow::densify(const Search &in) {
+    // Pixels that were displaced in the last image may be no more.
     const Area area = joined(area_, any_ ? area_of_patches() : Area{});
     for (int v = area.top; v < area.bottom; ++v) {
         std::fill(least_.row(v) + area.left, least_.row(v) + area.right,
                   std::numeric_limits<float>::max());
         std::fill(owner_.row(v) + area.left, owner_.row(v) + area.right, -1);
     }
-    for (int y = 0; y < patches_.height(); ++y)
+    for (int y = 0; any_ && y < patches_.height(); ++y)
         for (int x = 0; x < patches_.width(); ++x) {
-            Patch &patch = patches_(x, y);
-            patch.spread = patch.displacement();
-            patch.spread_place = patch.place;
-            if (!any_ || !patch.looked_for)
+            const Patch &patch = patches_(x, y);
+            if (!patch.searched)
                 continue;
-            const Eigen::Vector2f place = patch.place + patch.from;
+            const Eigen::Vector2f place = patch.place + patch.flow;
             if (shows_patch(in.then.image, place))
                 claim_pixels(in.now, first_pixel(x), first_pixel(y), in.then.image, place,
                              {in.at.gain, in.at.offset},
@@ -272,7 +263,7 @@ void ResidualFlow::spread(const Search &in) {
         for (int u = area.left; u < area.right; ++u) {
             const std::int32_t owner = owner_(u, v);
             const Shift shift =
-                owner < 0 ? Shift{} : patches_.pixels()[static_cast<std::size_t>(owner)].spread;
+                owner < 0 ? Shift{} : patches_.pixels()[static_cast<std::size_t>(owner)].shift;
             changed_ = changed_ || shift != shifts_(u, v);
             shifts_(u, v) = shift;
         }
@@ -284,7 +275,7 @@ ResidualFlow::Area ResidualFlow::area_of_patches() const {
     Area area;
     for (int y = 0; y < patches_.height(); ++y)
         for (int x = 0; x < patches_.width(); ++x)
-            if (patches_(x, y).looked_for)
+            if (patches_(x, y).searched)
                 area =
                     joined(area, {first_pixel(x), first_pixel(y), first_pixel(x) + ImagePatch::side,
                                   first_pixel(y) + ImagePatch::side});

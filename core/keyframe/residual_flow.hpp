@@ -14,23 +14,24 @@
 
 namespace afterglow {
 
-/// Motion in the image that is not the camera's: optical flow between the image that the camera's
-/// motion makes of a keyframe's and the image that was taken.
+/// Residual flow: the optical flow that is left between a keyframe's image and a new one after the
+/// camera's motion is taken off. It tells where things are that move by themselves.
 ///
-/// It is looked for where the scene moves against itself (MotionMask), as dense inverse search does
-/// (Kroeger et al. 2016, arXiv 1603.03590): overlapping square patches of the image, on one level
-/// of its pyramid, are found in the keyframe's by Gauss-Newton steps from what their neighbours and
-/// the last image tell, and each pixel is displaced like that patch around it which explains it
-/// best. A displacement that leaves much of a patch's difference is none.
+/// It is searched for in and around the cells in which MotionMask saw motion, by dense inverse
+/// search (Kroeger et al. 2016, arXiv 1603.03590) on one level of the image pyramid: overlapping
+/// square patches of the new image are found in the keyframe's image by Gauss-Newton steps, which
+/// start at the flow of the last image and of neighbouring patches. A patch moves if its flow takes
+/// away most of its difference. Each pixel gets the shift of the patch around it that differs
+/// least.
 ///
-/// Finds nothing where the published view is not the tracking camera's. Allocates when made; the
+/// Finds nothing where the published camera is not the tracking camera. Allocates when made; the
 /// calls are real-time safe.
 class ResidualFlow {
 public:
-    /// `most_level`: of the pyramid; `search`: flow is looked for.
-    ResidualFlow(const Views &views, int most_level, bool search = true);
+    /// `most_level`: the coarsest level of the pyramid. Not `enabled`: no flow is ever found.
+    ResidualFlow(const Views &views, int most_level, bool enabled = true);
 
-    /// The pyramid level whose pixels are displaced.
+    /// The pyramid level on which flow is found: the finest with at most 200 columns.
     static int level_for(const Intrinsics &tracking, int most_level);
     int level() const { return level_; }
 
@@ -39,8 +40,8 @@ public:
         ImageView<const float> image;
         std::int64_t t_ns = 0;
     };
-    /// `at`: how the new image, `now`, shows the keyframe. `composed`: the depth map drawn for it,
-    /// millimetres. `moving`: cells of MotionMask, 1 where the scene moves.
+    /// Finds the flow of a new image, `now`. `at`: pose, gain and offset of the keyframe in it.
+    /// `composed`: the depth map drawn for it, millimetres. `moving`: MotionMask::moving().
     void find(const Then &then, const Pyramid &now, const Placement &at, DepthView composed,
               ImageView<const std::uint8_t> moving);
 
@@ -50,33 +51,28 @@ public:
         std::int16_t u = 0, v = 0;
         bool operator==(const Shift &) const = default;
     };
-    /// Some pixel is displaced.
+    /// Some pixel has a shift.
     bool any() const { return any_; }
-    /// Some pixel is displaced otherwise than in the image before.
+    /// Some pixel has another shift than in the image before.
     bool changed() const { return changed_; }
-    /// One for each pixel of the level.
+    /// One for each pixel of level().
     ImageView<const Shift> shifts() const { return shifts_; }
-    /// By cell: 1 where the scene moves and displacements do not explain what is seen.
+    /// By cell of MotionMask: 1 where the scene moves and flow does not explain the difference.
     ImageView<const std::uint8_t> unexplained() const { return unexplained_; }
 
 private:
     struct Patch {
-        bool looked_for = false; ///< in the last image
+        bool searched = false; ///< in the last image
         bool moves = false;
-        bool unlike = false; ///< neither where the camera's motion puts it, nor displaced
-        /// Where the camera's motion puts its first pixel in the keyframe's image, and how far from
-        /// there it is found, pixels of the level.
-        Eigen::Vector2f place = {0, 0}, from = {0, 0};
-        Shift shift;
-        float still = 0; ///< mean square difference where the camera's motion puts it
-        PatchFit fit;    ///< at from
-        /// What the last spread() took.
-        Shift spread;
-        Eigen::Vector2f spread_place = {0, 0};
-
-        Shift displacement() const { return moves ? shift : Shift{}; }
+        bool unlike = false; ///< differs from the keyframe's image, and no flow was found
+        /// Where the camera's motion alone puts its first pixel in the keyframe's image, pixels of
+        /// the level, and how far from there it was found.
+        Eigen::Vector2f place = {0, 0}, flow = {0, 0};
+        Shift shift;     ///< if it moves
+        float still = 0; ///< mean square difference at `place`, grey values squared
+        PatchFit fit;    ///< at place + flow
     };
-    /// What find() got.
+    /// The arguments of find(), prepared.
     struct Search {
         Then then;
         ImageView<const float> now; ///< of the level
@@ -90,29 +86,28 @@ private:
     };
 
     void choose_patches(ImageView<const std::uint8_t> moving);
-    void look_for(int x, int y, const Search &in);
-    void look_again(int x, int y, const Search &in);
+    void match(int x, int y, const Search &in);
+    void match_again(int x, int y, const Search &in);
     static bool differs(const Patch &patch, const Patch &neighbour);
     std::array<const Patch *, 4> neighbours(int x, int y) const;
-    static bool try_from(const Eigen::Vector2f &from, const ImagePatch &seen, const Search &in,
+    static bool try_flow(const Eigen::Vector2f &flow, const ImagePatch &seen, const Search &in,
                          Patch &patch);
-    void go_on(int x, int y, const ImagePatch &seen, const Search &in);
+    void refine(int x, int y, const ImagePatch &seen, const Search &in);
     Eigen::Vector2f place_of(const Eigen::Vector2f &first, const Search &in) const;
     Shift shift_of(const Patch &patch, int x, int y, const Search &in) const;
-    static bool needs_spreading(const Patch &patch);
-    void spread(const Search &in);
+    void densify(const Search &in);
     Area area_of_patches() const;
     static Area joined(const Area &a, const Area &b);
     void find_unexplained(ImageView<const std::uint8_t> moving);
 
-    bool search_;
+    bool enabled_; ///< and the published camera is the tracking camera
     int level_;
     Intrinsics camera_; ///< of the level
     Image<Patch> patches_;
-    Image<float> least_;        ///< difference of each pixel of the level, grey values
-    Image<std::int32_t> owner_; ///< the patch that it is displaced like, -1 = none
+    Image<float> least_;        ///< least difference of a patch at each pixel, grey values
+    Image<std::int32_t> owner_; ///< number of the moving patch that a pixel goes with, -1 = none
     Image<Shift> shifts_;
-    Area area_; ///< of what was displaced in the last image
+    Area area_; ///< in which pixels had shifts in the last image
     Image<std::uint8_t> unexplained_;
     std::int64_t then_ns_ = 0; ///< of the keyframe that patches are found in
     bool any_ = false, changed_ = false;

@@ -72,8 +72,9 @@ SensorNoise in_units(const SensorNoise &noise, const DepthUnits &units, float fa
             factor * noise.quadratic_per_m * units.metres(), factor * noise.least_relative};
 }
 
-/// Six times SensorNoise::sigma() of depths in units and in units, about, in 16 bits: each of its
-/// parts is a fixed-point product, divided by a power of two where its factor leaves them.
+/// About six times SensorNoise::sigma(), units, of depths in units, in 16 bits: a sum of
+/// fixed-point products. Where a factor is 1 or more, all are divided by a power of two, and the
+/// sum is doubled as often.
 class SixSigmas {
 public:
     SixSigmas(const SensorNoise &noise, const DepthUnits &units) {
@@ -120,7 +121,7 @@ int load(const ReadingRow &row, const DepthUnits &units, UnitDepth *HWY_RESTRICT
     const auto most = hn::Set(du, static_cast<std::uint16_t>(32767 / per_millimetre));
     const auto nearest = hn::Set(d, in.nearest), farthest = hn::Set(d, in.farthest);
     const auto by_row = hn::Set(d, in.by_row);
-    auto none = hn::Zero(d); // of each lane, less: a row has fewer than 2^15 vectors
+    auto none = hn::Zero(d); // -1 for each reading left out; a row has fewer than 2^15 vectors
     const auto block = [&](const std::uint16_t *millimetres,
                            const std::int16_t *by_column) HWY_ATTR {
         const auto whole = hn::BitCast(d, hn::Min(hn::LoadU(du, millimetres), most));
@@ -254,7 +255,7 @@ template <class V>
 HWY_API void add_pair(const PairLimits<V> &limits, V a, V b, V &sum, V &pairs) {
     const Units d;
     const auto difference = hn::Sub(hn::Add(a, b), limits.twice_z);
-    // Not by its absolute value: the least number has none.
+    // Not by its absolute value: -2^15 has none in 16 bits.
     const auto near = hn::And(hn::Lt(difference, limits.above), hn::Gt(difference, limits.below));
     const auto ok = hn::And(near, hn::Lt(hn::Abs(hn::Sub(a, b)), limits.of_others));
     sum = hn::Add(sum, hn::IfThenElseZero(ok, difference));
@@ -309,7 +310,7 @@ void smooth(const SmoothedRow &row, const SensorNoise &noise, const DepthUnits &
     }
 }
 
-/// The pairs one and two steps away: sums of their differences, and -1 where both count.
+/// Of the pairs one and two steps away: the sum of their differences, and -1 where both count.
 template <class V>
 struct TwoPairs {
     V sum, both;

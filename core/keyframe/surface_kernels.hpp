@@ -98,11 +98,13 @@ struct SmoothedRow {
 void smooth_row(const SmoothedRow &in, const SensorNoise &noise, const DepthUnits &units,
                 float *out);
 
-/// Nearly the same with a radius of 2, for a third of the work, in two passes: means over five
-/// pixels of a row, of which two are before the first and two behind the last, in whole units; ...
+/// Smoothing with a radius of 2 in two passes, which is nearly the same for a third of the work.
+/// The first: each of `count` readings becomes the mean over five of its row, in whole units. Two
+/// readings before `z` and two behind the last are read.
 void smooth_row_across(const UnitDepth *z, int count, const SensorNoise &noise,
                        const DepthUnits &units, UnitDepth *out);
-/// ... and of five rows of those, `stride` depths apart, metres. Real-time safe.
+/// The second: each reading becomes the mean over five rows of such means, metres. Rows are
+/// `stride` readings apart; two above `z` and two below are read. Both are real-time safe.
 void smooth_row_down(const UnitDepth *z, std::ptrdiff_t stride, int count, const SensorNoise &noise,
                      const DepthUnits &units, float *out);
 

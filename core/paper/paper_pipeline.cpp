@@ -47,8 +47,7 @@ const Estimate &PaperPipeline::track(LumaView luma, std::int64_t t_ns) {
         find_flow(previous_luma_, luma, matches_);
         e.matches = static_cast<int>(matches_.size());
     }
-    for (int v = 0; v < luma.height(); ++v)
-        std::copy_n(luma.row(v), luma.width(), previous_luma_.row(v));
+    copy_pixels(luma, previous_luma_.view());
     const auto motion = following ? find_motion(matches_) : std::nullopt;
     if (!motion) // and none until the next measurement: poses are composed without gaps
         return frame_.give_nothing();
@@ -61,8 +60,7 @@ const Estimate &PaperPipeline::track(LumaView luma, std::int64_t t_ns) {
 const Estimate &PaperPipeline::measure(const Measurement &measurement) {
     const DepthView depth = measurement.depth;
     assert(depth.same_size(measured_.view()));
-    for (int v = 0; v < depth.height(); ++v)
-        std::copy_n(depth.row(v), depth.width(), measured_.row(v));
+    copy_pixels(depth, measured_.view());
     return frame_.give_measured(depth);
 }
 

@@ -20,8 +20,7 @@ void PublishedFrame::begin(std::int64_t t_ns) {
 
 const Estimate &PublishedFrame::give_measured(DepthView depth) {
     assert(depth.same_size(depth_.view()));
-    for (int v = 0; v < depth.height(); ++v)
-        std::copy_n(depth.row(v), depth.width(), depth_.row(v));
+    copy_pixels(depth, depth_.view());
     measured_ns_ = t_ns_;
     if (!has_depth()) {
         ++estimate.world;

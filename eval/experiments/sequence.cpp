@@ -158,8 +158,7 @@ private:
     }
     template <class Pixel>
     static Status copy(const Image<Pixel> &from, ImageView<Pixel> to) {
-        for (int v = 0; v < from.height(); ++v)
-            std::copy_n(from.row(v), from.width(), to.row(v));
+        copy_pixels(from, to);
         return ok();
     }
 

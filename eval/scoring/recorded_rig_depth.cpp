@@ -22,8 +22,7 @@ Result<DepthMap> RecordedRigDepth::at(const Recording &recording, std::size_t en
     pipeline_.track(luma_, files.t_color_ns);
     const DepthView seen = pipeline_.measure(map_).depth;
     DepthMap depth(seen.width(), seen.height());
-    for (int v = 0; v < seen.height(); ++v)
-        std::copy_n(seen.row(v), seen.width(), depth.view().row(v));
+    copy_pixels(seen, depth.view());
     return depth;
 }
 

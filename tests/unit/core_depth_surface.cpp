@@ -126,7 +126,7 @@ TEST_CASE("depth smoothing removes noise but does not cross depth edges", "[core
             REQUIRE(surface.z()(u, v) == Approx(u < 50 ? 1 : 2).margin(0.03));
 }
 
-TEST_CASE("depth smoothing averages five rows and columns", "[core]") {
+TEST_CASE("depth smoothing averages readings over five rows and columns", "[core]") {
     std::mt19937 random(5);
     std::normal_distribution<double> noise(0, 2);
     for (const int block : {1, 2}) { // pixels wide and high, of one noise

@@ -42,7 +42,8 @@ float between(const Image<float> &image, float u, float v) {
 
 } // namespace
 
-TEST_CASE("a patch is compared with what another image shows without both means", "[core]") {
+TEST_CASE("an image patch is compared with another image after both means are taken off",
+          "[core]") {
     AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     const Image<float> now = noise_image(1), then = noise_image(2);
     const int u = GENERATE(1, 5, 14), v = GENERATE(1, 10);
@@ -82,7 +83,7 @@ TEST_CASE("a patch is compared with what another image shows without both means"
     CHECK((fit.step.cast<double>() - step).norm() < 1e-3);
 }
 
-TEST_CASE("Gauss-Newton steps find a displaced patch between pixels", "[core]") {
+TEST_CASE("Gauss-Newton steps find a displaced image patch between pixels", "[core]") {
     AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     const Image<float> then = waves(0, 0), now = waves(1.3f, -0.8f);
     const ImagePatch patch = patch_at(now, 15, 10);
@@ -95,7 +96,7 @@ TEST_CASE("Gauss-Newton steps find a displaced patch between pixels", "[core]") 
     CHECK(fit_patch(patch, then, place, 1).mean_square < 1);
 }
 
-TEST_CASE("a plain patch, and one with stripes, are in no one place", "[core]") {
+TEST_CASE("an image patch without gradients in two directions is not distinct", "[core]") {
     Image<float> image(20, 20, 100);
     CHECK_FALSE(patch_at(image, 5, 5).is_distinct());
     for (int v = 0; v < image.height(); ++v)
@@ -104,7 +105,7 @@ TEST_CASE("a plain patch, and one with stripes, are in no one place", "[core]") 
     CHECK_FALSE(patch_at(image, 5, 5).is_distinct());
 }
 
-TEST_CASE("an image shows a patch whose pixels and their neighbours it has", "[core]") {
+TEST_CASE("an image shows a patch if it has all pixels that bilinear sampling reads", "[core]") {
     const Image<float> image(20, 16);
     CHECK(shows_patch(image, {0, 0}));
     CHECK(shows_patch(image, {11.9f, 7.9f}));
@@ -116,7 +117,7 @@ TEST_CASE("an image shows a patch whose pixels and their neighbours it has", "[c
     CHECK_FALSE(shows_patch(image, {nan, 0}));
 }
 
-TEST_CASE("each pixel is owned by what differs least around it", "[core]") {
+TEST_CASE("each pixel is owned by the image patch that differs least around it", "[core]") {
     AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     const Image<float> now = noise_image(3), then = noise_image(4);
     Image<float> least(now.width(), now.height(), std::numeric_limits<float>::max());

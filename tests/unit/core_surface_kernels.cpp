@@ -109,7 +109,7 @@ TEST_CASE("smoothing in vectors is smoothing one by one") {
             }
 }
 
-TEST_CASE("smoothing in two passes in vectors is smoothing one by one") {
+TEST_CASE("smoothing of rows and of columns in vectors is smoothing reading by reading") {
     AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     std::mt19937 random(5);
     for (const float farthest : {12.0f, 30.0f})
@@ -148,7 +148,7 @@ TEST_CASE("smoothing in two passes in vectors is smoothing one by one") {
         }
 }
 
-TEST_CASE("six sigmas in 16 bits are near those of floats, for all sensors", "[core]") {
+TEST_CASE("six sigmas of sensor noise in 16 bits are near those in floats", "[core]") {
     AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     // As steps: of surfaces that nothing but noise parts.
     for (const float factor : {0.1f, 1.0f, 10.0f, 200.0f})

@@ -35,8 +35,7 @@ public:
 
     Status read_luma(std::uint64_t k, ImageView<std::uint8_t> luma) override {
         render(k);
-        for (int v = 0; v < luma.height(); ++v)
-            std::copy_n(luma_.row(v), luma.width(), luma.row(v));
+        copy_pixels(luma_, luma);
         exposure_.apply(time_s(k), luma);
         if (image_noise_)
             noise_.add_to(k, luma);
