@@ -147,9 +147,10 @@ void add_keyframe(ParameterTable &table, KeyframeOptions &k, std::string &sensor
     table.add("compose.newest_bonus", &k.compose.newest_bonus, {0, 100, "percent"},
               "An earlier map is aligned with only if this much more of it is in view; raise it "
               "when depth jumps as the map changes.");
-    table.add("compose.follow_moving", &k.compose.follow_moving, {},
-              "Depth goes along with what moves by itself; turn it off to save processor time, at "
-              "the price of light.");
+    table.add(
+        "compose.follow_moving", &k.compose.follow_moving, {},
+        "The depth of things that move by themselves is moved along with them in the picture; "
+        "turn it off to save processor time, at the price of light.");
     table.section("error",
                   "Preset default: what error of a warped map is expected, which the gate acts on. "
                   "`afterglow-eval run` tells how well it fits.",
