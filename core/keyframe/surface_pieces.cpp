@@ -63,7 +63,8 @@ constexpr int piece_count(int pixels) {
 
 SurfacePieces::SurfacePieces(int width, int height)
     : nearest_(piece_count(width), piece_count(height)),
-      farthest_(nearest_.width(), nearest_.height()), edges_(nearest_.width(), nearest_.height()) {}
+      farthest_(nearest_.width(), nearest_.height()), edges_(nearest_.width(), nearest_.height()),
+      parts_(nearest_.width(), nearest_.height()) {}
 
 void SurfacePieces::find(ImageView<const float> z) {
     for (int y = 0; y < nearest_.height(); ++y) {
@@ -92,6 +93,15 @@ void SurfacePieces::find(ImageView<const float> z) {
         }
     }
     mark_beside_holes();
+    find_parts();
+}
+
+void SurfacePieces::find_parts() {
+    for (std::size_t i = 0; i < parts_.pixels().size(); ++i) {
+        const std::uint8_t edges = edges_.pixels()[i];
+        parts_.pixels()[i] = SurfacePart(nearest_.pixels()[i], farthest_.pixels()[i],
+                                         edges & edge_distance_bits, (edges & has_holes) != 0);
+    }
 }
 
 void SurfacePieces::mark_beside_holes() {

@@ -42,9 +42,8 @@ TileMapping::TileMapping(const Intrinsics &from, const Intrinsics &to,
       shares_(pool, {Image<Tile>(whole_tiles(to.width, tile_px), whole_tiles(to.height, tile_px)),
                      std::vector<TileRange>(static_cast<std::size_t>(
                          whole_tiles(from.width, SurfacePieces::piece_px)))}),
-      landing_ranges_(whole_tiles(from.width, SurfacePieces::piece_px),
-                      whole_tiles(from.height, SurfacePieces::piece_px)),
-      landing_(landing_ranges_.width(), landing_ranges_.height()),
+      landing_(whole_tiles(from.width, SurfacePieces::piece_px),
+               whole_tiles(from.height, SurfacePieces::piece_px)),
       landing_rows_(static_cast<std::size_t>(landing_.height())),
       mixed_rows_(static_cast<std::size_t>(rows())), rays_(columns() + 1, rows() + 1),
       corners_(columns() + 1, rows() + 1), mapped_(columns(), rows()) {}
@@ -53,9 +52,9 @@ void TileMapping::find(const DepthSurface &surface, const SurfaceProjection &pro
                        const DepthCorrection &correction, float margin_px) {
     const Mapping by = {surface, projection, correction};
     find_rays(projection);
-    put_on_tiles(by, margin_px);
+    put_on_tiles(by);
     map_tiles(by);
-    find_landing();
+    find_landing(by, margin_px);
 }
 
 void TileMapping::find_rays(const SurfaceProjection &projection) {
@@ -67,13 +66,14 @@ void TileMapping::find_rays(const SurfaceProjection &projection) {
 }
 
 /// Tells each tile what is seen on it.
-void TileMapping::put_on_tiles(const Mapping &by, float margin_px) {
+void TileMapping::put_on_tiles(const Mapping &by) {
+    constexpr float least_margin_px = 0.25f; // points are seen a little beside where a plane's are
     const auto clear = [](Share &share) { std::ranges::fill(share.tiles.pixels(), Tile{}); };
     shares_.begin();
     pool_.run_strips(landing_.height(), [&](int first, int end, int worker) {
         Share &share = shares_.use(worker, clear);
         for (int y = first; y < end; ++y) {
-            find_ranges(by, margin_px, y, share.ranges);
+            find_ranges(by, least_margin_px, y, share.ranges);
             put_row_on_tiles(by.surface.pieces(), y, share);
         }
     });
@@ -89,35 +89,28 @@ void TileMapping::put_on_tiles(const Mapping &by, float margin_px) {
 }
 
 void TileMapping::find_ranges(const Mapping &by, float margin_px, int row,
-                              std::span<TileRange> ranges) {
+                              std::span<TileRange> ranges) const {
     constexpr float size = SurfacePieces::piece_px;
-    constexpr float least_margin_px = 0.25f; // points are seen a little beside where a plane's are
     const SurfacePieces &pieces = by.surface.pieces();
     const float nearest_m = 0.5f * by.surface.options().nearest_m;
     find_tile_ranges(
         {pieces.nearest().row(row), pieces.farthest().row(row), centre(0), size, landing_.width()},
         {by.projection.row(centre(row)), by.projection.while_read(), by.projection.turn(),
-         nearest_m, columns(), rows(), least_margin_px, margin_px},
-        ranges.data(), landing_ranges_.row(row));
+         nearest_m, columns(), rows(), margin_px},
+        ranges.data());
 }
 
 void TileMapping::put_row_on_tiles(const SurfacePieces &pieces, int row, Share &share) const {
-    const std::uint8_t *const edges = pieces.edges().row(row);
-    const float *const nearest = pieces.nearest().row(row);
-    const float *const farthest = pieces.farthest().row(row);
+    const SurfacePart *const parts = pieces.parts().row(row);
     const std::span ranges = share.ranges;
     const ImageView<Tile> tiles = share.tiles;
-    const auto piece = [&](std::size_t x) {
-        return SeenPieces(nearest[x], farthest[x], edges[x] & edge_distance_bits,
-                          (edges[x] & SurfacePieces::has_holes) != 0);
-    };
     for (std::size_t x = 0; x < ranges.size(); ++x) {
         const TileRange range = ranges[x];
         if (range.left > range.right || range.top > range.bottom)
             continue;
-        SeenPieces seen = piece(x);
+        SurfacePart seen = parts[x];
         for (; x + 1 < ranges.size() && ranges[x + 1] == range; ++x) // on the same tiles
-            seen.add(piece(x + 1));
+            seen.add(parts[x + 1]);
         for (int ty = range.top; ty <= range.bottom; ++ty) {
             Tile *const of_row = tiles.row(ty);
             for (int tx = range.left; tx <= range.right; ++tx)
@@ -178,6 +171,7 @@ bool TileMapping::map_surface(int x, int y, const Mapping &by) {
     MappedTile &mapped = mapped_(x, y);
     mapped = {};
     mapped.interpolated = may_interpolate(tile, by.surface);
+    set_parallax(x, y, mapped);
     std::ranges::copy(std::array{*a, *b, *c, *e}, mapped.corners);
     const auto in_picture = [&](const MappedCorner &corner) { return is_in_picture(corner); };
     return (!tile.seen.holes() && std::ranges::all_of(mapped.corners, in_picture)) ||
@@ -199,10 +193,7 @@ bool TileMapping::map_by_parallax(int x, int y, const Mapping &by) {
     const float z = mapped.searched ? near : 2 * near * far / (near + far);
     mapped.inverse_depth = 1 / z;
     mapped.farthest_inverse_depth = 1 / far;
-    const Eigen::Vector2f parallax =
-        0.5f * (rays_(x, y).parallax + rays_(x + 1, y + 1).parallax); // in the middle
-    mapped.parallax_u = -parallax.x();
-    mapped.parallax_v = -parallax.y();
+    set_parallax(x, y, mapped);
     for (int i = 0; i < 4; ++i) {
         const auto corner = corner_at(x + i % 2, y + i / 2, z, by);
         if (!corner)
@@ -212,7 +203,14 @@ bool TileMapping::map_by_parallax(int x, int y, const Mapping &by) {
     return true;
 }
 
-/// Whether the tile's readings may be interpolated between the corners of blocks, which draws over
+/// That in the middle of the tile.
+void TileMapping::set_parallax(int x, int y, MappedTile &mapped) const {
+    const Eigen::Vector2f parallax = 0.5f * (rays_(x, y).parallax + rays_(x + 1, y + 1).parallax);
+    mapped.parallax_u = -parallax.x();
+    mapped.parallax_v = -parallax.y();
+}
+
+/// Whether the tile's readings may be interpolated between nodes, which draws over
 /// holes of up to 3 pixels: if the tile has no holes, or if cracks of up to 2 pixels are filled
 /// anyway.
 bool TileMapping::may_interpolate(const Tile &tile, const DepthSurface &surface) {
@@ -349,7 +347,8 @@ float TileMapping::depth_near(const Eigen::Vector2f &place, const DepthSurface &
     return 0;
 }
 
-void TileMapping::find_landing() {
+/// Which pieces may land in or around mixed tiles.
+void TileMapping::find_landing(const Mapping &by, float margin_px) {
     const auto mixed_in = [&](const TileRange &range) {
         for (int y = range.top; y <= range.bottom; ++y)
             for (int x = range.left; mixed_row(y) && x <= range.right; ++x)
@@ -361,15 +360,14 @@ void TileMapping::find_landing() {
         std::ranges::fill(landing_rows_, std::uint8_t{0});
         return;
     }
-    pool_.run(landing_.height(), [&](int y) {
-        std::uint8_t any = 0;
-        std::transform(landing_ranges_.row(y), landing_ranges_.row(y) + landing_.width(),
-                       landing_.row(y), [&](const TileRange &range) {
-                           const bool lands = mixed_in(range);
-                           any |= static_cast<std::uint8_t>(lands);
-                           return lands;
-                       });
-        landing_rows_[static_cast<std::size_t>(y)] = any;
+    pool_.run_strips(landing_.height(), [&](int first, int end, int worker) {
+        std::vector<TileRange> &ranges = shares_.use(worker, [](Share &) {}).ranges;
+        for (int y = first; y < end; ++y) {
+            find_ranges(by, margin_px, y, ranges);
+            std::transform(ranges.begin(), ranges.end(), landing_.row(y), mixed_in);
+            landing_rows_[static_cast<std::size_t>(y)] = static_cast<std::uint8_t>(
+                std::count(landing_.row(y), landing_.row(y) + landing_.width(), 1) > 0);
+        }
     });
 }
 

@@ -12,7 +12,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -96,31 +95,9 @@ public:
     }
 
 private:
-    /// What a tile has to know of the pieces of the surface that are seen on it. Each value is kept
-    /// as a number whose maximum counts, so that one vector instruction adds another set of pieces.
-    class SeenPieces {
-    public:
-        SeenPieces() = default; ///< nothing
-        /// One piece. Depths in metres, not negative: their bits have the order of the depths.
-        SeenPieces(float nearest, float farthest, int least_edge_distance, bool holes)
-            : most_{~std::bit_cast<std::uint32_t>(nearest), std::bit_cast<std::uint32_t>(farthest),
-                    ~static_cast<std::uint32_t>(least_edge_distance), holes} {}
-
-        void add(const SeenPieces &other) {
-            for (std::size_t i = 0; i < most_.size(); ++i)
-                most_[i] = std::max(most_[i], other.most_[i]);
-        }
-        float nearest() const { return std::bit_cast<float>(~most_[0]); }
-        float farthest() const { return std::bit_cast<float>(most_[1]); } ///< 0: nothing is seen
-        int least_edge_distance() const { return static_cast<int>(~most_[2]); }
-        bool holes() const { return most_[3] != 0; }
-
-    private:
-        std::array<std::uint32_t, 4> most_{};
-    };
     /// A tile of the view.
     struct Tile {
-        SeenPieces seen;
+        SurfacePart seen; ///< of the surface on it
         TileContent content = TileContent::nothing;
         float parallax_px = 0; ///< between its nearest and its farthest point
     };
@@ -139,8 +116,9 @@ private:
     bool mixed_row(int y) const { return mixed_rows_[static_cast<std::size_t>(y)] != 0; }
     Image<Tile> &tiles() { return shares_.first().tiles; }
     const Image<Tile> &tiles() const { return shares_.first().tiles; }
-    void put_on_tiles(const Mapping &by, float margin_px);
-    void find_ranges(const Mapping &by, float margin_px, int row, std::span<TileRange> ranges);
+    void put_on_tiles(const Mapping &by);
+    void find_ranges(const Mapping &by, float margin_px, int row,
+                     std::span<TileRange> ranges) const;
     void put_row_on_tiles(const SurfacePieces &pieces, int row, Share &share) const;
     void find_rays(const SurfaceProjection &projection);
     void find_content(int x, int y);
@@ -148,6 +126,7 @@ private:
     void map_tiles(const Mapping &by);
     bool map_surface(int x, int y, const Mapping &by);
     bool map_by_parallax(int x, int y, const Mapping &by);
+    void set_parallax(int x, int y, MappedTile &mapped) const;
     static bool may_interpolate(const Tile &tile, const DepthSurface &surface);
     bool shows_its_points(int x, int y, const DepthSurface &surface) const;
     const Tile *tile_at_corner(int x, int y) const;
@@ -155,15 +134,14 @@ private:
     std::optional<MappedCorner> corner_at(int x, int y, float z, const Mapping &by) const;
     bool is_in_picture(const MappedCorner &corner) const;
     float depth_near(const Eigen::Vector2f &place, const DepthSurface &surface) const;
-    void find_landing();
+    void find_landing(const Mapping &by, float margin_px);
 
     Intrinsics from_, to_;
     int least_edge_distance_;
     float most_displacement_px_; ///< of points of a mapped tile against each other
     WorkerPool &pool_;
-    WorkerShares<Share> shares_;      ///< in the end all is in the first
-    Image<TileRange> landing_ranges_; ///< on which each piece may be seen, with a margin
-    Image<std::uint8_t> landing_;     ///< by piece: whether it is seen in, or around, mixed tiles
+    WorkerShares<Share> shares_;  ///< in the end all is in the first
+    Image<std::uint8_t> landing_; ///< by piece: whether it is seen in, or around, mixed tiles
     std::vector<std::uint8_t> landing_rows_, mixed_rows_; ///< which have such pieces, tiles
     Image<ViewRay> rays_;                                 ///< of the corners of tiles
     Image<std::optional<MappedCorner>> corners_;          ///< of tiles that may show one surface

@@ -30,6 +30,7 @@ Warp::Warp(const Intrinsics &from, const Intrinsics &to, const WarpOptions &opti
            WorkerPool &pool)
     : from_(from), to_(to), options_(options), pool_(pool),
       tiles_(from, to, {options.least_edge_distance_px, !options.edges_hide}, pool),
+      grid_(to.width, to.height),
       nearest_(pool, Image<WarpedPixel>(to.width + 2 * margin, to.height + 2 * margin)) {}
 
 ImageView<const WarpedPixel> Warp::landed() const {
@@ -47,6 +48,7 @@ int Warp::run(const DepthSurface &surface, const Pose &pose, ImageView<std::uint
                 static_cast<float>(surface.options().crack_px + 1));
     if (tiles_.any_mixed())
         scatter(surface, projection);
+    pool_.run(grid_.rows(), [&](int y) { look_up_nodes(surface, y); });
     std::atomic<int> drawn = 0;
     pool_.run(tiles_.rows(), [&](int y) {
         drawn.fetch_add(draw_tiles({surface, correction, depth, edge_distance}, y),
@@ -115,20 +117,33 @@ void Warp::scatter_rows(const DepthSurface &surface, const SurfaceProjection &pr
     }
 }
 
+void Warp::look_up_nodes(const DepthSurface &surface, int tile_row) {
+    for (int x = 0; x < grid_.columns(); ++x) {
+        if (tiles_.content(x, tile_row) == TileContent::mapped)
+            grid_.look_up(x, tile_row, tiles_.mapped(x, tile_row), surface.z(),
+                          options_.least_edge_distance_px);
+        else
+            grid_.leave_out(x, tile_row);
+    }
+}
+
 /// The functions that draw tell how many pixels have depth.
-int Warp::draw_tiles(const Drawing &to, int tile_row) const {
+int Warp::draw_tiles(const Drawing &to, int tile_row) {
     constexpr int size = TileMapping::tile_px;
     const int first = tile_row * size, end = std::min(first + size, to_.height);
     int drawn = 0;
+    int in_grid = 0; // tiles that are empty where nothing is drawn
+    if (tile_row < grid_.rows()) {
+        grid_.draw_even(tile_row, to.depth, to.edge_distance);
+        in_grid = grid_.columns();
+    }
     for (int x = 0; x < tiles_.columns(); ++x) {
         if (tiles_.content(x, tile_row) == TileContent::mapped)
-            drawn += draw_mapped_tile(to, x, tile_row);
-        if (tiles_.content(x, tile_row) != TileContent::nothing)
+            drawn += grid_.draw_others(x, tile_row, tiles_.mapped(x, tile_row), to.surface.z(),
+                                       options_.least_edge_distance_px, to.depth, to.edge_distance);
+        if (x < in_grid || tiles_.content(x, tile_row) != TileContent::nothing)
             continue;
-        const int left = x * size;
-        while (x + 1 < tiles_.columns() && tiles_.content(x + 1, tile_row) == TileContent::nothing)
-            ++x;
-        const int width = std::min((x + 1) * size, to_.width) - left;
+        const int left = x * size, width = std::min(size, to_.width - left);
         for (int v = first; v < end; ++v) {
             std::fill_n(to.depth.row(v) + left, width, std::uint16_t{0});
             std::fill_n(to.edge_distance.row(v) + left, width, std::uint8_t{0});
@@ -138,15 +153,6 @@ int Warp::draw_tiles(const Drawing &to, int tile_row) const {
         tiles_.for_each_mixed_run(
             v, [&](int begin, int end_column) { drawn += draw_mixed(to, v, begin, end_column); });
     return drawn;
-}
-
-int Warp::draw_mapped_tile(const Drawing &to, int x, int y) const {
-    constexpr int size = TileMapping::tile_px;
-    const auto tile_of = [&](auto &image) {
-        return ImageView(image.row(y * size) + x * size, size, size, image.stride());
-    };
-    return draw_mapped(tiles_.mapped(x, y), to.surface.z(), options_.least_edge_distance_px,
-                       tile_of(to.depth), tile_of(to.edge_distance));
 }
 
 int Warp::draw_mixed(const Drawing &to, int v, int begin, int end) const {

@@ -5,6 +5,7 @@
 #include "core/base/rigid_motion.hpp"
 #include "core/base/worker_pool.hpp"
 #include "core/base/worker_shares.hpp"
+#include "core/keyframe/block_grid.hpp"
 #include "core/keyframe/depth_surface.hpp"
 #include "core/keyframe/surface_projection.hpp"
 #include "core/keyframe/tile_mapping.hpp"
@@ -65,8 +66,8 @@ private:
         ImageView<std::uint16_t> depth;
         ImageView<std::uint8_t> edge_distance;
     };
-    int draw_tiles(const Drawing &to, int tile_row) const;
-    int draw_mapped_tile(const Drawing &to, int x, int y) const;
+    void look_up_nodes(const DepthSurface &surface, int tile_row);
+    int draw_tiles(const Drawing &to, int tile_row);
     int draw_mixed(const Drawing &to, int v, int begin, int end) const;
     WarpedPixel fill_pixel(const DepthSurface &surface, const WarpedPixel *at) const;
 
@@ -74,6 +75,7 @@ private:
     WarpOptions options_;
     WorkerPool &pool_;
     TileMapping tiles_;
+    BlockGrid grid_; ///< of the mapped ones
     /// What landed: maps with a margin on all sides on which nothing lands; in the end all is in
     /// the first.
     WorkerShares<Image<WarpedPixel>> nearest_;

@@ -208,7 +208,7 @@ int readings(const WarpedRow &row, std::uint16_t *HWY_RESTRICT millimetres,
 }
 
 void tile_ranges(const PieceRow &pieces, const PieceProjection &projection,
-                 TileRange *HWY_RESTRICT ranges, TileRange *HWY_RESTRICT wide_ranges) {
+                 TileRange *HWY_RESTRICT ranges) {
     // Copies, which nothing written here can change.
     const PieceRow in = pieces;
     const PieceProjection by = projection;
@@ -258,22 +258,18 @@ void tile_ranges(const PieceRow &pieces, const PieceProjection &projection,
                 hn::Min(hn::Max(from_before, set(0)), set(static_cast<float>(count + 1)));
             return hn::Sub(hn::ConvertTo(di, inside), hn::Set(di, 1));
         };
-        const auto store = [&](float margin, TileRange *to) HWY_ATTR {
-            const auto first = [&](V place, int count) HWY_ATTR {
-                const auto reached = hn::IfThenElseZero(all, hn::Sub(place, set(margin)));
-                return hn::DemoteTo(d16, hn::Max(tile(reached, count), hn::Zero(di)));
-            };
-            const auto last = [&](V place, int count) HWY_ATTR {
-                const auto reached =
-                    hn::IfThenElse(all, hn::Add(place, set(margin)), set(beyond_all));
-                const auto most = hn::Min(tile(reached, count), hn::Set(di, count - 1));
-                return hn::DemoteTo(d16, hn::IfThenElse(seen, most, hn::Set(di, -1)));
-            };
-            hn::StoreInterleaved4(first(left, by.columns), last(right, by.columns),
-                                  first(top, by.lines), last(bottom, by.lines), d16, &to->left);
+        const auto first = [&](V place, int count) HWY_ATTR {
+            const auto reached = hn::IfThenElseZero(all, hn::Sub(place, set(by.margin)));
+            return hn::DemoteTo(d16, hn::Max(tile(reached, count), hn::Zero(di)));
         };
-        store(by.margin, ranges + i);
-        store(by.wide_margin, wide_ranges + i);
+        const auto last = [&](V place, int count) HWY_ATTR {
+            const auto reached =
+                hn::IfThenElse(all, hn::Add(place, set(by.margin)), set(beyond_all));
+            const auto most = hn::Min(tile(reached, count), hn::Set(di, count - 1));
+            return hn::DemoteTo(d16, hn::IfThenElse(seen, most, hn::Set(di, -1)));
+        };
+        hn::StoreInterleaved4(first(left, by.columns), last(right, by.columns),
+                              first(top, by.lines), last(bottom, by.lines), d16, &ranges[i].left);
     });
 }
 
@@ -306,9 +302,9 @@ int find_readings(const WarpedRow &row, std::uint16_t *millimetres, std::uint8_t
     return HWY_DYNAMIC_DISPATCH(readings)(row, millimetres, edge_distance);
 }
 
-void find_tile_ranges(const PieceRow &pieces, const PieceProjection &projection, TileRange *ranges,
-                      TileRange *wide_ranges) {
-    HWY_DYNAMIC_DISPATCH(tile_ranges)(pieces, projection, ranges, wide_ranges);
+void find_tile_ranges(const PieceRow &pieces, const PieceProjection &projection,
+                      TileRange *ranges) {
+    HWY_DYNAMIC_DISPATCH(tile_ranges)(pieces, projection, ranges);
 }
 
 } // namespace afterglow

@@ -97,12 +97,12 @@ struct PieceRow {
 
 /// Where pieces are seen, and what counts.
 struct PieceProjection {
-    RowProjection row;         ///< of the pieces' centres
-    const RowMotion &rows;     ///< while the view is read
-    Eigen::Matrix3f turn;      ///< SurfaceProjection::turn()
-    float nearest;             ///< what is nearer to the view's camera is behind it, metres
-    int columns, lines;        ///< tiles of the view
-    float margin, wide_margin; ///< around each piece, pixels of the view
+    RowProjection row;     ///< of the pieces' centres
+    const RowMotion &rows; ///< while the view is read
+    Eigen::Matrix3f turn;  ///< SurfaceProjection::turn()
+    float nearest;         ///< what is nearer to the view's camera is behind it, metres
+    int columns, lines;    ///< tiles of the view
+    float margin;          ///< around each piece, pixels of the view
 };
 
 /// Tiles of a view, the last ones included; none if left > right or top > bottom.
@@ -113,8 +113,7 @@ struct TileRange {
 
 /// The tiles on which each piece may be seen: around the picture of its centre at its nearest and
 /// at its farthest depth, as far as half its size reaches. A piece that is partly behind the camera
-/// may be seen on all of them. With the one margin and with the other. Real-time safe.
-void find_tile_ranges(const PieceRow &pieces, const PieceProjection &projection, TileRange *ranges,
-                      TileRange *wide_ranges);
+/// may be seen on all of them. Real-time safe.
+void find_tile_ranges(const PieceRow &pieces, const PieceProjection &projection, TileRange *ranges);
 
 } // namespace afterglow

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Drawing of mapped tiles against the scalar code that it stands for.
-#include "core/keyframe/mapped_tile.hpp"
+#include "core/keyframe/block_grid.hpp"
 #include "core/keyframe/surface_point.hpp"
 #include "tests/catch.hpp"
 #include "tests/instruction_set.hpp"
@@ -17,10 +17,10 @@ namespace {
 
 constexpr int width = 61, height = 53, size = mapped_tile_px;
 
-/// A value of the corners at the pixel (x, y) of the tile.
-float between(const MappedTile &tile, float MappedCorner::*of, int x, int y) {
+/// A value of the corners at the place (x, y) of the tile.
+float between(const MappedTile &tile, float MappedCorner::*of, float x, float y) {
     const MappedCorner *const corners = tile.corners;
-    const float across = static_cast<float>(x) / size, down = static_cast<float>(y) / size;
+    const float across = x / size, down = y / size;
     const float above = corners[0].*of + across * (corners[1].*of - corners[0].*of);
     const float below = corners[2].*of + across * (corners[3].*of - corners[2].*of);
     return above + down * (below - above);
@@ -42,9 +42,10 @@ struct DrawnTile {
     int found = 0;
 
     DrawnTile(const MappedTile &tile, ImageView<const float> surface, int least_edge_distance) {
-        found = draw_mapped(tile, surface, least_edge_distance,
-                            ImageView(reading.row(0), size, size, reading.width()),
-                            ImageView(edge.row(0), size, size, edge.width()));
+        BlockGrid grid(size + beside, size);
+        grid.look_up(0, 0, tile, surface, least_edge_distance);
+        grid.draw_even(0, reading, edge);
+        found = grid.draw_others(0, 0, tile, surface, least_edge_distance, reading, edge);
     }
     bool nothing_beside() const {
         bool untouched = true;
@@ -79,6 +80,21 @@ float depth_between(ImageView<const float> surface, float u, float v, float poin
                       1.03f * point);
 }
 
+/// Whether the pixels of a block's row show points that are beside each other.
+bool shows_rows(const MappedTile &tile) {
+    constexpr float most = size / 3.0f, border = 3;
+    bool rows = !tile.searched;
+    for (int i = 0; i < 4; ++i) {
+        const MappedCorner &corner = tile.corners[i];
+        rows = rows && corner.u > border && corner.v > border && corner.u < width - 1 - border &&
+               corner.v < height - 1 - border;
+        if (i % 2 == 1)
+            rows = rows && std::abs(corner.u - tile.corners[i - 1].u - size) < most &&
+                   std::abs(corner.v - tile.corners[i - 1].v) < most;
+    }
+    return rows;
+}
+
 /// What is seen at a pixel of a tile that is looked up.
 struct Seen {
     float reading = 0;       ///< millimetres
@@ -87,13 +103,21 @@ struct Seen {
     bool uncertain = false;  ///< rounding decides
     bool beyond = false;     ///< outside the surface's picture
     bool missed = false;     ///< searched for, but not there
+    bool of_row = false;     ///< loaded with those beside it
 };
 
+/// `node`: with the depth between the points around it; else with that of its point.
 Seen look_up(const MappedTile &tile, ImageView<const float> surface, int least_edge_distance, int x,
-             int y) {
+             int y, bool node) {
     const Eigen::Vector2f parallax(tile.parallax_u, tile.parallax_v);
-    Eigen::Vector2f place(between(tile, &MappedCorner::u, x, y),
-                          between(tile, &MappedCorner::v, x, y));
+    const auto fx = static_cast<float>(x), fy = static_cast<float>(y);
+    const bool of_row = !node && shows_rows(tile);
+    const auto in_row = static_cast<float>(x % mapped_block_px);
+    const float middle = fx - in_row + 1.5f;
+    Eigen::Vector2f place(between(tile, &MappedCorner::u, of_row ? middle : fx, fy),
+                          between(tile, &MappedCorner::v, of_row ? middle : fx, fy));
+    if (of_row)
+        place.x() += in_row - 1.5f;
     Seen seen;
     seen.uncertain = halfway(place.x(), place.y());
     float inverse = tile.inverse_depth;
@@ -123,18 +147,21 @@ Seen look_up(const MappedTile &tile, ImageView<const float> surface, int least_e
         return seen;
     const Eigen::Vector2f beside(place.x() - static_cast<float>(u),
                                  place.y() - static_cast<float>(v));
-    const float depth = tile.one_surface
-                            ? point + slope_between(tile).dot(beside)
-                            : depth_between(surface, place.x(), place.y(), point, moved);
-    seen.reading = depth * between(tile, &MappedCorner::scale, x, y) +
-                   between(tile, &MappedCorner::shift, x, y);
+    float depth = point;
+    seen.of_row = of_row;
+    if (tile.one_surface && !of_row)
+        depth += slope_between(tile).dot(beside);
+    else if (node)
+        depth = depth_between(surface, place.x(), place.y(), point, moved);
+    seen.reading = depth * between(tile, &MappedCorner::scale, fx, fy) +
+                   between(tile, &MappedCorner::shift, fx, fy);
     seen.edge = edge_distance_of(point);
     return seen;
 }
 
 /// How many blocks of each kind, and pixels, were compared.
 struct Compared {
-    int even = 0, uneven = 0, seen = 0, missed = 0, beyond = 0;
+    int even = 0, uneven = 0, seen = 0, missed = 0, beyond = 0, of_rows = 0;
 };
 
 /// Requires that a tile is drawn as it should be.
@@ -148,7 +175,9 @@ void compare(const MappedTile &tile, ImageView<const float> surface, int least_e
         for (int x = 0; x < size; ++x)
             there += drawn.edge(x, y) != 0;
     REQUIRE(drawn.found == there);
-    const auto at = [&](int x, int y) { return look_up(tile, surface, least_edge_distance, x, y); };
+    const auto at = [&](int x, int y, bool node = true) {
+        return look_up(tile, surface, least_edge_distance, x, y, node);
+    };
     for (int top = 0; top < size; top += step)
         for (int left = 0; left < size; left += step) {
             const Seen corners[] = {at(left, top), at(left + step, top), at(left, top + step),
@@ -185,7 +214,7 @@ void compare(const MappedTile &tile, ImageView<const float> surface, int least_e
                         REQUIRE(drawn.edge(x, y) == sum / 4);
                         continue;
                     }
-                    const Seen seen = at(x, y);
+                    const Seen seen = at(x, y, false);
                     if (seen.uncertain)
                         continue;
                     REQUIRE(std::abs(reading - seen.reading) < 0.51f);
@@ -193,6 +222,7 @@ void compare(const MappedTile &tile, ImageView<const float> surface, int least_e
                     compared.seen += seen.edge != 0;
                     compared.missed += seen.missed;
                     compared.beyond += seen.beyond;
+                    compared.of_rows += seen.of_row;
                 }
         }
 }
@@ -221,9 +251,10 @@ TEST_CASE("a mapped tile of the view shows the nearest points of the surface, mo
         }
         const bool in_picture = round % 2 == 0;
         const float left = in_picture ? 15 : -5, top = in_picture ? 13 : 45;
+        const float most_moved = round % 4 == 0 ? 2 : 5;
         for (int i = 0; i < 4; ++i)
-            tile.corners[i] = {left + size * static_cast<float>(i & 1) + 5 * some(random),
-                               top + size * static_cast<float>(i >> 1) + 5 * some(random),
+            tile.corners[i] = {left + size * static_cast<float>(i & 1) + most_moved * some(random),
+                               top + size * static_cast<float>(i >> 1) + most_moved * some(random),
                                2.0f + 0.2f * some(random), 1000.0f + 100.0f * some(random),
                                100.0f * some(random)};
         CAPTURE(round);
@@ -232,6 +263,7 @@ TEST_CASE("a mapped tile of the view shows the nearest points of the surface, mo
     CHECK(compared.even > 100);
     CHECK(compared.uneven > 1000);
     CHECK(compared.beyond > 100);
+    CHECK(compared.of_rows > 1000);
 }
 
 TEST_CASE("a mapped tile whose points are searched for shows those that are seen there") {

@@ -31,11 +31,12 @@ TEST_CASE(
         for (int y = 0; y < pieces.nearest().height(); ++y)
             for (int x = 0; x < pieces.nearest().width(); ++x) {
                 float nearest = 0, farthest = 0;
-                int least = 0, holes = 0;
+                int least = 0;
+                bool holes = false;
                 for (int v = y * px; v < std::min((y + 1) * px, height); ++v)
                     for (int u = x * px; u < std::min((x + 1) * px, width); ++u) {
                         if (z(u, v) == 0.0f) {
-                            holes = SurfacePieces::has_holes;
+                            holes = true;
                             continue;
                         }
                         const int edge = edge_distance_of(z(u, v));
@@ -46,11 +47,17 @@ TEST_CASE(
                 for (const auto &[du, dv] : {std::pair(1, 0), {-1, 0}, {0, 1}, {0, -1}})
                     if (const auto depth = pieces.farthest();
                         depth.contains(x + du, y + dv) && depth(x + du, y + dv) == 0.0f)
-                        holes = SurfacePieces::has_holes;
+                        holes = true;
                 CAPTURE(one_in, x, y);
                 REQUIRE(pieces.nearest()(x, y) == nearest);
                 REQUIRE(pieces.farthest()(x, y) == farthest);
-                REQUIRE(pieces.edges()(x, y) == (least | holes));
+                if (farthest == 0.0f)
+                    continue;
+                const SurfacePart &part = pieces.parts()(x, y);
+                REQUIRE(part.nearest() == nearest);
+                REQUIRE(part.farthest() == farthest);
+                REQUIRE(part.least_edge_distance() == least);
+                REQUIRE(part.holes() == holes);
             }
     }
 }
