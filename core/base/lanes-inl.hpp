@@ -56,6 +56,15 @@ template <class Work>
     for_overlapping_lanes(hn::ScalableTag<float>(), count, work);
 }
 
+/// The values at a pointer, which is moved to those behind: on small targets a load does that by
+/// the way.
+template <class D>
+[[maybe_unused]] HWY_API hn::Vec<D> load_next(D d, const hn::TFromD<D> *&from) {
+    const auto values = hn::LoadU(d, from);
+    from += hn::MaxLanes(d);
+    return values;
+}
+
 /// Integers that are in the order of the floats, as long as one of the two that are compared is not
 /// negative: their bits. All negative floats are below 0, and NaN is above all or below 0. On
 /// 32-bit ARM, whose vectors do not compare floats as IEEE 754 wants it, g++ compares floats one by

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/keyframe/alignment_template.hpp"
 
-#include "core/keyframe/steepest_gradients.hpp"
+#include "core/keyframe/template_kernels.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,7 +13,7 @@ namespace {
 /// away from depth edges, 0 otherwise.
 float level_depth(const DepthSurface &surface, int level, int u, int v) {
     const int n = 1 << level;
-    const int step = std::max(1, n / 4);
+    const int step = std::max(1, n / 2);
     float sum = 0, low = 1e9f, high = 0;
     int count = 0;
     for (int y = v * n; y < v * n + n; y += step) {
@@ -50,7 +50,7 @@ struct Cells {
 
 TemplatePoints::TemplatePoints(int capacity) {
     const int rows = (capacity + block - 1) / block * block;
-    for (std::vector<float> *column : {&x, &y, &z, &intensity, &row, &gradient})
+    for (std::vector<float> *column : {&x, &y, &z, &intensity, &row, &per_s})
         column->resize(static_cast<std::size_t>(rows));
     J.setZero(rows, derivatives);
 }
@@ -63,6 +63,10 @@ AlignmentTemplate::AlignmentTemplate(const Intrinsics &camera, const TemplateOpt
         const int w = cameras_.back().width, h = cameras_.back().height;
         const Cells cells(w, h, options.points_per_level);
         levels_.emplace_back(l >= options.finest_level ? cells.across(w) * cells.across(h) : 0);
+        const std::size_t points = levels_.back().x.size();
+        for (std::vector<float> *column :
+             {&found_.u, &found_.v, &found_.gradient_u, &found_.gradient_v})
+            column->resize(std::max(column->size(), points));
     }
 }
 
@@ -74,7 +78,6 @@ void AlignmentTemplate::build(const Pyramid &image, const DepthSurface &surface)
 // The pixel with the steepest gradient in each cell becomes a point.
 void AlignmentTemplate::build_level(int level, ImageView<const float> image,
                                     const DepthSurface &surface) {
-    const Intrinsics &c = cameras_[level];
     const int w = image.width(), h = image.height();
     TemplatePoints &points = levels_[level];
     const int cell = Cells(w, h, options_.points_per_level).size;
@@ -100,26 +103,16 @@ void AlignmentTemplate::build_level(int level, ImageView<const float> image,
             const float z = level_depth(surface, level, best_u, best_v);
             if (z == 0.0f)
                 continue;
-            const float x = static_cast<float>((best_u - c.cx) / c.fx);
-            const float y = static_cast<float>((best_v - c.cy) / c.fy);
-            const float gx = 0.5f * (image(best_u + 1, best_v) - image(best_u - 1, best_v));
-            const float gy = 0.5f * (image(best_u, best_v + 1) - image(best_u, best_v - 1));
-            const float a = gx * static_cast<float>(c.fx);
-            const float b = gy * static_cast<float>(c.fy);
-            const auto i = static_cast<std::size_t>(points.count);
-            points.x[i] = x * z;
-            points.y[i] = y * z;
+            const auto i = static_cast<std::size_t>(points.count++);
+            found_.u[i] = static_cast<float>(best_u);
+            found_.v[i] = static_cast<float>(best_v);
+            found_.gradient_u[i] = 0.5f * (image(best_u + 1, best_v) - image(best_u - 1, best_v));
+            found_.gradient_v[i] = 0.5f * (image(best_u, best_v + 1) - image(best_u, best_v - 1));
             points.z[i] = z;
-            points.row[i] = static_cast<float>(best_v) / static_cast<float>(h) - 0.5f;
             points.intensity[i] = image(best_u, best_v);
-            points.gradient[i] = std::sqrt(best);
-            const Eigen::RowVector3f by_turn(-a * x * y - b * (1 + y * y),
-                                             a * (1 + x * x) + b * x * y, -a * y + b * x);
-            points.J.row(points.count++) << a / z, b / z, -(a * x + b * y) / z, by_turn,
-                by_turn * points.row[i],
-                TemplatePoints::gain_unit * (points.intensity[i] - TemplatePoints::middle_grey);
         }
     }
+    complete_points(found_, cameras_[level], options_, points);
 }
 
 } // namespace afterglow

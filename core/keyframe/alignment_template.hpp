@@ -21,12 +21,15 @@ struct TemplateOptions {
     /// Grey values: standard deviation of one pixel's noise. Weaker gradients are no points, and
     /// residuals are weighted by it.
     float pixel_noise = 2.0f;
+    /// Standard deviation of where a gradient g really is: a point's residual is expected to spread
+    /// by s with s^2 = pixel_noise^2 + (g blur_px)^2.
+    float blur_px = 0.15f;
 };
 
 /// The textured points of a keyframe on one level of its pyramid, column by column. Columns have
 /// whole blocks; what comes after `count` means nothing.
 struct TemplatePoints {
-    static constexpr int block = WeightedProducts::rows;
+    static constexpr int block = WeightedProducts::row_step;
     /// Columns of derivatives of the grey value that a template promises.
     enum Derivative {
         by_motion = 0, ///< 6: (v, w) of the scene, X -> X + v + w x X; per metre and per radian
@@ -44,8 +47,14 @@ struct TemplatePoints {
     std::vector<float> x, y, z;   ///< metres, keyframe coordinates
     std::vector<float> intensity; ///< grey value in the keyframe
     std::vector<float> row;       ///< place in the picture from top (-0.5) to bottom (0.5)
-    std::vector<float> gradient;  ///< length of the image gradient, grey values per level's pixel
+    std::vector<float> per_s;     ///< 1 / s of its residuals (TemplateOptions), 1 / grey values
     Eigen::Matrix<float, Eigen::Dynamic, derivatives> J; ///< grey values per unit of a Derivative
+};
+
+/// Where points were found on a level: pixels, and half the difference of the grey values on both
+/// sides, along rows and columns. As long as the columns of the points.
+struct FoundPoints {
+    std::vector<float> u, v, gradient_u, gradient_v;
 };
 
 /// All of a keyframe that direct alignment needs, worked out once: points with a strong gradient
@@ -69,6 +78,7 @@ private:
     std::vector<TemplatePoints> levels_;
     std::vector<float> steepness_; ///< of each column of a row of cells, and where
     std::vector<int> steepest_row_;
+    FoundPoints found_; ///< on the level that is built
 };
 
 } // namespace afterglow

@@ -204,7 +204,8 @@ void add_products(const DepthComparisons &block, int columns, WeightedProducts &
     for (std::size_t i = 0; i < count; ++i)
         of[i] = block.J[i].data();
     of[count] = block.error.data();
-    products.add(std::span(of).first(count + 1), block.weight.data());
+    products.add(std::span(of).first(count + 1), block.weight.data(),
+                 static_cast<int>(block.weight.size()));
 }
 
 } // namespace afterglow

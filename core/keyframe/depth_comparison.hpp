@@ -13,7 +13,7 @@ namespace afterglow {
 /// Points of a measured surface that are compared with another map: a block of columns, of which
 /// the first `count` mean something; the rest are finite.
 struct ComparedPoints {
-    static constexpr int block = WeightedProducts::rows;
+    static constexpr int block = WeightedProducts::row_step;
     using Column = std::array<float, block>;
 
     int count = 0;

@@ -62,7 +62,7 @@ float fill(DepthView depth) {
 DepthPublication::DepthPublication(const KeyframeOptions &options, const Views &views,
                                    WorkerPool &pool)
     : views_(views), camera_(views.published), options_(options), composer_(views, options, pool),
-      motion_mask_(views, options.alignment),
+      motion_mask_(views),
       flow_(views, options.alignment_template.coarsest_level, options.compose.follow_moving),
       local_errors_(views.published), fresh_scale_(0.35, 0), carried_scale_(0.9, 0),
       moving_scale_(0.45, 0.45) {

@@ -57,7 +57,7 @@ private:
 };
 
 /// Points that a worker takes at a time.
-constexpr int points_at_once = 8 * TemplatePoints::block;
+constexpr int points_at_once = std::min(Residuals::most_points, WeightedProducts::most_rows);
 
 int parts_of(int points) {
     return (points + points_at_once - 1) / points_at_once;
@@ -170,12 +170,10 @@ void DirectAlignment::look_up(const AlignmentTemplate &reference, const Pyramid 
 void DirectAlignment::sum_up(const AlignmentTemplate &reference, int level, const Placement &at,
                              float scale, Wanted wanted, Sums &sums) {
     const TemplatePoints &points = reference.points(level);
-    const ResidualScale expected{reference.options().pixel_noise, options_.blur_px,
-                                 robust_width * scale};
     const int count = parts_of(points.count);
     pool_.run(count, [&](int part) {
         const auto [first, end] = points_of(part, points.count);
-        sum_up_part(points, first, end, at, expected, wanted,
+        sum_up_part(points, first, end, at, robust_width * scale, wanted,
                     parts_[static_cast<std::size_t>(part)]);
     });
     sums.clear();
@@ -187,32 +185,31 @@ void DirectAlignment::sum_up(const AlignmentTemplate &reference, int level, cons
 }
 
 void DirectAlignment::sum_up_part(const TemplatePoints &points, int begin, int end,
-                                  const Placement &at, const ResidualScale &expected, Wanted wanted,
+                                  const Placement &at, float robust_width, Wanted wanted,
                                   Part &part) const {
-    static constexpr std::array<float, TemplatePoints::block> ones = [] {
-        std::array<float, TemplatePoints::block> column{};
+    static constexpr std::array<float, points_at_once> ones = [] {
+        std::array<float, points_at_once> column{};
         column.fill(1);
         return column;
     }();
+    const int count = end - begin;
     part.clear();
     Residuals residuals;
+    find_residuals(points, begin, end, grey_.data() + begin, at, robust_width, residuals);
+    for (const std::int32_t bin : std::span(residuals.bin).first(static_cast<std::size_t>(count)))
+        ++part.histogram[static_cast<std::size_t>(bin)];
+    if (wanted == Wanted::scale)
+        return;
     std::array<const float *, unknowns + 1> columns{};
+    for (int i = 0; i < TemplatePoints::derivatives; ++i)
+        columns[static_cast<std::size_t>(i)] = points.J.col(i).data() + begin;
     columns[at_offset] = ones.data();
     columns[unknowns] = residuals.error.data();
-    for (int first = begin; first < end; first += TemplatePoints::block) {
-        find_residuals(points, first, grey_.data() + first, at, expected, residuals);
-        for (const std::int32_t bin : residuals.bin)
-            ++part.histogram[static_cast<std::size_t>(bin)];
-        if (wanted == Wanted::scale)
-            continue;
-        for (int i = 0; i < TemplatePoints::derivatives; ++i)
-            columns[static_cast<std::size_t>(i)] = points.J.col(i).data() + first;
-        if (wanted == Wanted::error)
-            part.products.add_with_last(columns, residuals.weight.data());
-        else
-            part.products.add(columns, residuals.weight.data(),
-                              wanted == Wanted::brightness ? first_of_brightness : 0);
-    }
+    if (wanted == Wanted::error)
+        part.products.add_with_last(columns, residuals.weight.data(), count);
+    else
+        part.products.add(columns, residuals.weight.data(), count,
+                          wanted == Wanted::brightness ? first_of_brightness : 0);
 }
 
 bool DirectAlignment::refine(const AlignmentTemplate &reference, const Pyramid &image,

@@ -14,9 +14,6 @@ namespace afterglow {
 
 struct AlignmentOptions {
     int iterations_per_level = 8;
-    /// Standard deviation of where a gradient really is: a residual of a point with gradient g is
-    /// expected to spread by sqrt(pixel_noise^2 + (g blur_px)^2), with the template's pixel_noise.
-    float blur_px = 0.15f;
     /// Share of the points whose residuals are independent of each other. Texture repeats; errors
     /// of depth, lens and rolling shutter are shared by neighbours. Divides the information that
     /// the image gives, against a prior and in the covariance.
@@ -112,7 +109,7 @@ private:
     void sum_up(const AlignmentTemplate &reference, int level, const Placement &at, float scale,
                 Wanted wanted, Sums &sums);
     void sum_up_part(const TemplatePoints &points, int first, int end, const Placement &at,
-                     const ResidualScale &expected, Wanted wanted, Part &part) const;
+                     float robust_width, Wanted wanted, Part &part) const;
 
     AlignmentOptions options_;
     WorkerPool &pool_;

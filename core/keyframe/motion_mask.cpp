@@ -14,8 +14,8 @@ constexpr float hidden_share = 0.95f;
 
 } // namespace
 
-MotionMask::MotionMask(const Views &views, const AlignmentOptions &options)
-    : views_(views), same_(views.publishes_tracking()), options_(options),
+MotionMask::MotionMask(const Views &views)
+    : views_(views), same_(views.publishes_tracking()),
       counts_(cells(views.published.width), cells(views.published.height)),
       moving_(counts_.width(), counts_.height()) {}
 
@@ -34,14 +34,15 @@ void MotionMask::find(const AlignmentTemplate &reference, const Pyramid &image,
     std::fill(counts_.pixels().begin(), counts_.pixels().end(), Count{});
     const int level = reference.options().finest_level;
     const ImageView<const float> grey = image.level(level);
-    const ResidualScale expected{reference.options().pixel_noise, options_.blur_px};
+    constexpr float all_count = 1e6f; // expected deviations
     const float limit = outlier_limit * std::max(alignment.residual_scale, 1.0f);
     const TemplatePoints &points = reference.points(level);
     PointsSeen seen;
     Residuals residuals;
     for (int first = 0; first < points.count; first += TemplatePoints::block) {
         find_points(points, first, grey, reference.camera(level), alignment, seen);
-        find_residuals(points, first, seen.grey.data(), alignment, expected, residuals);
+        find_residuals(points, first, first + TemplatePoints::block, seen.grey.data(), alignment,
+                       all_count, residuals);
         for (std::size_t i = 0; i < TemplatePoints::block; ++i) {
             if (residuals.bin[i] == Residuals::bins)
                 continue;

@@ -25,7 +25,7 @@ public:
     /// Cells along so many pixels; the last may reach beyond them.
     static constexpr int cells(int pixels) { return (pixels + cell_px - 1) / cell_px; }
 
-    MotionMask(const Views &views, const AlignmentOptions &options);
+    explicit MotionMask(const Views &views);
 
     /// `alignment`: of `image` with `reference`, good. `composed`: the depth map made for the
     /// image, millimetres, of the published camera.
@@ -46,7 +46,6 @@ private:
 
     Views views_;
     bool same_; ///< both cameras are one
-    AlignmentOptions options_;
     Image<Count> counts_;
     Image<std::uint8_t> moving_;
 };

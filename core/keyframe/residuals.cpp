@@ -4,6 +4,7 @@
 #define HWY_TARGET_INCLUDE "core/keyframe/residuals.cpp"
 #include "core/keyframe/residuals.hpp"
 
+#include <cassert>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -51,7 +52,8 @@ HWY_INLINE void look_up(const TemplatePoints &points, int first, ImageView<const
     };
     const auto in_u = hn::And(hn::Gt(order(d, u), outside), before(u, image.width()));
     const auto in_v = hn::And(hn::Gt(order(d, v), outside), before(v, image.height()));
-    const auto exists = hn::Lt(hn::Iota(di, first), hn::Set(di, points.count));
+    const auto exists =
+        hn::Lt(order(d, ramp(d, first)), order(d, set(static_cast<float>(points.count))));
     const auto in_front = hn::Gt(order(d, depth), order(d, set(nearest_m)));
     const auto seen = hn::RebindMask(d, hn::And(hn::And(exists, in_front), hn::And(in_u, in_v)));
     const auto at_u = hn::IfThenElseZero(seen, u), at_v = hn::IfThenElseZero(seen, v);
@@ -92,31 +94,29 @@ void greys_of(const TemplatePoints &points, int first, int end, ImageView<const 
         });
 }
 
-void residuals_of(const TemplatePoints &points, int first, const float *HWY_RESTRICT greys,
-                  const Placement &at, const ResidualScale &scale, Residuals &out) {
+void residuals_of(const TemplatePoints &points, int first, int end, const float *HWY_RESTRICT greys,
+                  const Placement &at, float robust_width, Residuals &out) {
     const Lanes d;
     const hn::RebindToSigned<Lanes> di;
     const auto set = [&](float value) HWY_ATTR { return hn::Set(d, value); };
-    const auto noise2 = set(scale.pixel_noise * scale.pixel_noise);
-    const auto blur2 = set(scale.blur_px * scale.blur_px);
-    const auto width2 = set(scale.robust_width * scale.robust_width);
-    const auto gain = set(at.gain), offset = set(at.offset), one = set(1.0f);
+    const auto width2 = set(robust_width * robust_width);
+    const auto gain = set(at.gain), offset = set(at.offset);
     const auto most_bins = set(static_cast<float>(Residuals::bins - 1));
-    for (int i = 0; i < TemplatePoints::block; i += static_cast<int>(hn::Lanes(d))) {
-        const auto load = [&](const std::vector<float> &column)
-                              HWY_ATTR { return hn::LoadU(d, column.data() + first + i); };
-        const auto grey = hn::LoadU(d, greys + i), gradient = load(points.gradient);
-        const auto is_seen = hn::And(hn::Gt(order(d, grey), hn::Set(di, -1)),
-                                     hn::Lt(hn::Iota(di, first + i), hn::Set(di, points.count)));
+    const float *grey_at = greys;
+    const float *per_s_at = points.per_s.data() + first;
+    const float *intensity_at = points.intensity.data() + first;
+    for (int i = 0; i < end - first; i += static_cast<int>(hn::Lanes(d))) {
+        const auto grey = load_next(d, grey_at), per_s = load_next(d, per_s_at);
+        const auto is_seen = hn::Gt(order(d, grey), hn::Set(di, -1));
         const auto seen = hn::RebindMask(d, is_seen);
-        const auto promised = hn::MulAdd(gain, load(points.intensity), offset);
+        const auto promised = hn::MulAdd(gain, load_next(d, intensity_at), offset);
         const auto error = hn::IfThenElseZero(seen, hn::Sub(grey, promised));
-        const auto per_s2 = hn::Div(one, hn::MulAdd(hn::Mul(gradient, gradient), blur2, noise2));
-        const auto r2 = hn::Mul(hn::Mul(error, error), per_s2);
-        const auto robust = hn::Div(width2, hn::Add(r2, width2));
-        const auto weight = hn::Mul(hn::Mul(robust, robust), per_s2);
-        const auto bin = hn::ConvertTo(
-            di, hn::Min(hn::Mul(hn::Sqrt(r2), set(1.0f / Residuals::bin_width)), most_bins));
+        const auto r = hn::Mul(hn::Abs(error), per_s);
+        const auto robust = hn::Div(width2, hn::MulAdd(r, r, width2));
+        const auto root = hn::Mul(robust, per_s);
+        const auto weight = hn::Mul(root, root);
+        const auto bin =
+            hn::ConvertTo(di, hn::Min(hn::Mul(r, set(1.0f / Residuals::bin_width)), most_bins));
         hn::StoreU(error, d, out.error.data() + i);
         hn::StoreU(hn::IfThenElseZero(seen, weight), d, out.weight.data() + i);
         hn::StoreU(hn::IfThenElse(is_seen, bin, hn::Set(di, Residuals::bins)), di,
@@ -159,9 +159,10 @@ void find_greys(const TemplatePoints &points, int first, int end, ImageView<cons
     HWY_DYNAMIC_DISPATCH(greys_of)(points, first, end, image, to.A, to.b, at, grey);
 }
 
-void find_residuals(const TemplatePoints &points, int first, const float *grey, const Placement &at,
-                    const ResidualScale &scale, Residuals &residuals) {
-    HWY_DYNAMIC_DISPATCH(residuals_of)(points, first, grey, at, scale, residuals);
+void find_residuals(const TemplatePoints &points, int first, int end, const float *grey,
+                    const Placement &at, float robust_width, Residuals &residuals) {
+    assert(end - first <= Residuals::most_points);
+    HWY_DYNAMIC_DISPATCH(residuals_of)(points, first, end, grey, at, robust_width, residuals);
 }
 
 } // namespace afterglow

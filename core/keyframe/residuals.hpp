@@ -27,7 +27,8 @@ struct PointsSeen {
 
     Column u, v;  ///< place in the image, pixels; 0 if not seen
     Column depth; ///< metres
-    Column grey;  ///< grey value there; -1 if the point is not in the picture, or behind the camera
+    /// Grey value there; -1 if the point is not in the picture, is behind the camera or is none.
+    Column grey;
 };
 
 /// Looks up the block of points that begins with number `first`. `image` and `camera` are those of
@@ -40,28 +41,25 @@ void find_points(const TemplatePoints &points, int first, ImageView<const float>
 void find_greys(const TemplatePoints &points, int first, int end, ImageView<const float> image,
                 const Intrinsics &camera, const Placement &at, std::span<float> grey);
 
-/// How residuals become weights: e / s with s^2 = noise^2 + (g blur)^2, then Geman and McClure's.
-struct ResidualScale {
-    float pixel_noise = 2; ///< grey values
-    float blur_px = 0;
-    /// Of Geman and McClure's cost, in expected deviations s. By default so wide that all count.
-    float robust_width = 1e6f;
-};
-
-/// The residuals of a block of points: grey values seen less what the template promises.
+/// The residuals of some blocks of points: grey values seen less what the template promises.
 struct Residuals {
     static constexpr int bins = 64;
     static constexpr float bin_width = 0.125f; ///< in expected deviations
 
-    PointsSeen::Column error;  ///< grey values; 0 for points that are not seen
-    PointsSeen::Column weight; ///< of the squared error in a normal equation; 0 if not seen
+    static constexpr int most_points = 8 * TemplatePoints::block;
+    using Column = std::array<float, most_points>;
+
+    Column error;  ///< grey values; 0 for points that are not seen
+    Column weight; ///< of the squared error in a normal equation; 0 if not seen
     /// |error| / s in units of `bin_width`, at most bins - 1; `bins` for points that are not seen.
-    std::array<std::int32_t, TemplatePoints::block> bin;
+    std::array<std::int32_t, most_points> bin;
 };
 
-/// Of the block of points that begins with number `first`; `grey`: their grey values, as from
-/// find_greys(). Gain and offset are those of `at`. Real-time safe.
-void find_residuals(const TemplatePoints &points, int first, const float *grey, const Placement &at,
-                    const ResidualScale &scale, Residuals &residuals);
+/// Of a level's points first .. end - 1, whole blocks; `grey`: their grey values, as from
+/// find_greys(). Gain and offset are those of `at`; `robust_width`: of
+/// Geman and McClure's cost, in expected deviations s.
+/// Real-time safe.
+void find_residuals(const TemplatePoints &points, int first, int end, const float *grey,
+                    const Placement &at, float robust_width, Residuals &residuals);
 
 } // namespace afterglow

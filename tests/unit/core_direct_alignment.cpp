@@ -148,7 +148,7 @@ TEST_CASE("points of a template are found in an image as a reference computes it
     at.skew = {0.01f, -0.02f, 0.005f};
     at.gain = 0.9f;
     at.offset = 7;
-    const ResidualScale scale{.pixel_noise = 3, .blur_px = 0.2f, .robust_width = 4};
+    constexpr float robust_width = 4;
     std::vector<float> greys(points.x.size());
     find_greys(points, 0, static_cast<int>(greys.size()), grey, camera, at, greys);
     PointsSeen found;
@@ -156,7 +156,8 @@ TEST_CASE("points of a template are found in an image as a reference computes it
     int seen = 0, unseen = 0;
     for (int first = 0; first < points.count; first += TemplatePoints::block) {
         find_points(points, first, grey, camera, at, found);
-        find_residuals(points, first, found.grey.data(), at, scale, residuals);
+        find_residuals(points, first, first + TemplatePoints::block, found.grey.data(), at,
+                       robust_width, residuals);
         for (std::size_t i = 0; i < TemplatePoints::block; ++i) {
             const std::size_t k = static_cast<std::size_t>(first) + i;
             CAPTURE(k);
@@ -195,7 +196,7 @@ TEST_CASE("points of a template are found in an image as a reference computes it
             REQUIRE(found.grey[i] == Approx(value).margin(0.1));
             const double error = greys[k] - at.gain * points.intensity[k] - at.offset;
             REQUIRE(residuals.error[i] == Approx(error).margin(1e-3));
-            const double s2 = 9 + 0.04 * points.gradient[k] * points.gradient[k];
+            const double s2 = 1 / (double(points.per_s[k]) * points.per_s[k]);
             const double r2 = error * error / s2, robust = 16 / (r2 + 16);
             REQUIRE(residuals.weight[i] == Approx(robust * robust / s2).epsilon(1e-3));
             REQUIRE(std::abs(residuals.bin[i] - std::min(63.0, std::sqrt(r2) * 8)) < 1.01);

@@ -13,7 +13,8 @@ using namespace afterglow;
 
 TEST_CASE("weighted products of columns are summed as one by one", "[core]") {
     AFTERGLOW_ON_EACH_INSTRUCTION_SET();
-    constexpr int rows = WeightedProducts::rows, blocks = 3;
+    constexpr int blocks = 3;
+    const int rows = GENERATE(64, 192, 512);
     std::mt19937 random(8);
     std::normal_distribution<float> any(0, 1);
     const int count = GENERATE(1, 3, 4, 7, 10, 12);
@@ -21,10 +22,12 @@ TEST_CASE("weighted products of columns are summed as one by one", "[core]") {
     if (first >= count)
         return;
     CAPTURE(count, first);
-    std::vector<std::array<float, rows * blocks>> columns(static_cast<std::size_t>(count));
+    const auto all = static_cast<std::size_t>(rows * blocks);
+    std::vector<std::vector<float>> columns(static_cast<std::size_t>(count),
+                                            std::vector<float>(all));
     for (auto &column : columns)
         std::ranges::generate(column, [&] { return any(random); });
-    std::array<float, rows * blocks> weight{};
+    std::vector<float> weight(all);
     std::ranges::generate(weight, [&] { return std::abs(any(random)); });
 
     WeightedProducts products;
@@ -32,7 +35,7 @@ TEST_CASE("weighted products of columns are summed as one by one", "[core]") {
         std::vector<const float *> at;
         for (const auto &column : columns)
             at.push_back(column.data() + block * rows);
-        products.add(at, weight.data() + block * rows, first);
+        products.add(at, weight.data() + block * rows, rows, first);
     }
     const auto check = [&](bool cleared) {
         for (int i = first; i < count; ++i)

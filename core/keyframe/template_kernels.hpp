@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "core/base/camera.hpp"
 #include "core/base/image.hpp"
+#include "core/keyframe/alignment_template.hpp"
 
 #include <span>
 
@@ -13,5 +15,11 @@ namespace afterglow {
 /// the first and last column's are left as they were. Real-time safe.
 void find_steepest(ImageView<const float> image, int first_row, int end_row,
                    std::span<float> steepness, std::span<int> rows);
+
+/// Works out what follows for the first `points.count` points from where they were found, their
+/// depth and their grey value: all other columns. `camera`: of the level. Whole vectors are
+/// written. Real-time safe.
+void complete_points(const FoundPoints &found, const Intrinsics &camera,
+                     const TemplateOptions &options, TemplatePoints &points);
 
 } // namespace afterglow
