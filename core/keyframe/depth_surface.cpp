@@ -35,8 +35,6 @@ void DepthSurface::read(DepthView depth, WorkerPool &pool, const DepthCorrection
     find_edges();
     grow_distance();
     smoothing_.run({raw_, distance_, amplitude, noise_}, pool, smooth_);
-    for (int v = 0; v < smooth_.height(); ++v)
-        add_edge_distances(v);
 }
 
 void DepthSurface::finish() {
@@ -45,14 +43,6 @@ void DepthSurface::finish() {
     if (options_.crack_px > 0)
         fill_cracks();
     pieces_.find(smooth_);
-}
-
-void DepthSurface::add_edge_distances(int v) {
-    float *const z = smooth_.row(v);
-    const std::uint8_t *const distance = distance_.row(v);
-    const int count = smooth_.width();
-    for (int u = 0; u < count; ++u) // the compiler makes vector code of it
-        z[u] = with_edge_distance(z[u], distance[u]);
 }
 
 /// Of the last few rows that find_inside() was called for.
@@ -153,7 +143,7 @@ void DepthSurface::load(DepthView depth) {
 // sqrt(6), whatever the slope; edges are outliers to the median. Where it is less than that for the
 // sensor's sigma, neighbours have the rest of their noise in common.
 void DepthSurface::measure_noise() {
-    constexpr int step = 4, row_step = 8, bins_per_sigma = 16, most_sigmas = 16;
+    constexpr int step = 4, row_step = 16, bins_per_sigma = 16, most_sigmas = 16;
     constexpr float median_of_gaussian = 0.6745f;
     std::array<int, bins_per_sigma * most_sigmas + 1> histogram{};
     int count = 0;
@@ -181,7 +171,7 @@ void DepthSurface::measure_noise() {
 // A pixel is on an edge when a neighbour is on another surface. A hole is an edge only where both
 // of its sides differ: sensor holes inside a surface are common and harmless.
 void DepthSurface::find_edges() {
-    constexpr int slope_rows = 16; ///< slopes are found in one row of so many
+    constexpr int slope_rows = 32; ///< slopes are found in one row of so many
     const int w = smooth_.width(), h = smooth_.height();
     const EdgeRule rule = {options_.edge_relative, noise_};
     float slope_sum = 0;
@@ -190,10 +180,11 @@ void DepthSurface::find_edges() {
     jumps_ = 0;
     std::ranges::fill(distance_.pixels(), std::uint8_t{far_from_edge});
     std::int16_t *steps = steps_[0].data(), *steps_below = steps_[1].data();
-    find_steps(raw_.row(0), w, rule, units_, steps);
+    const SixSigmaFactors six_sigmas(noise_, units_);
+    find_steps(raw_.row(0), w, rule.edge_relative, six_sigmas, steps);
     for (int v = 0; v < h; ++v) {
         const UnitDepth *row = raw_.row(v), *below = raw_.row(std::min(v + 1, h - 1));
-        find_steps(below, w, rule, units_, steps_below);
+        find_steps(below, w, rule.edge_relative, six_sigmas, steps_below);
         compare_neighbours({row, steps}, {below, steps_below}, w, flags_.data());
         mark_row(v);
         std::swap(steps, steps_below);

@@ -91,7 +91,6 @@ private:
     void mark(int u, int v, int du, int dv);
     void mark_edge(int u, int v);
     void grow_distance();
-    void add_edge_distances(int v);
     std::uint8_t *inside_row(int v);
     void find_inside(int v);
     void fill_cracks();

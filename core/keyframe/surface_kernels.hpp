@@ -27,6 +27,16 @@ struct DepthUnits {
     float metres() const { return halves ? 0.0005f : 0.001f; }
 };
 
+/// Six times a sensor's sigma() of depths in a map's units, as a sum of 16-bit fixed-point
+/// products. Where a factor is 1 or more, all are divided by a power of two, and the sum is doubled
+/// as often.
+struct SixSigmaFactors {
+    SixSigmaFactors(const SensorNoise &noise, const DepthUnits &units);
+
+    int doublings = 0;
+    std::int16_t floor, linear, quadratic, least;
+};
+
 /// Kernels read this many depths, flags and steps past the end of a row. What is there is not used.
 constexpr int row_slack = 16;
 
@@ -48,10 +58,10 @@ struct EdgeRule {
     float edge_relative;
     SensorNoise noise;
 };
-/// About twice the step that parts a surface at each depth from a further one, units; 0 where there
-/// is no depth. Writes whole vectors: up to row_slack more. Real-time safe.
-void find_steps(const UnitDepth *z, int count, const EdgeRule &rule, const DepthUnits &units,
-                std::int16_t *steps);
+/// About twice the step that parts a surface at each depth from a further one (EdgeRule), units; 0
+/// where there is no depth. Writes whole vectors: up to row_slack more. Real-time safe.
+void find_steps(const UnitDepth *z, int count, float edge_relative,
+                const SixSigmaFactors &six_sigmas, std::int16_t *steps);
 
 /// A row of depths and the steps found for it.
 struct SteppedRow {
@@ -95,17 +105,19 @@ struct SmoothedRow {
 };
 /// Metres: means over windows of what lies on the surface of each pixel, as SurfaceSmoothing has
 /// them where all readings are of one amplitude. Real-time safe.
-void smooth_row(const SmoothedRow &in, const SensorNoise &noise, const DepthUnits &units,
+void smooth_row(const SmoothedRow &in, const SixSigmaFactors &six_sigmas, const DepthUnits &units,
                 float *out);
 
 /// Smoothing with a radius of 2 in two passes, which is nearly the same for a third of the work.
-/// The first: each of `count` readings becomes the mean over five of its row, in whole units. Two
-/// readings before `z` and two behind the last are read.
-void smooth_row_across(const UnitDepth *z, int count, const SensorNoise &noise,
-                       const DepthUnits &units, UnitDepth *out);
-/// The second: each reading becomes the mean over five rows of such means, metres. Rows are
-/// `stride` readings apart; two above `z` and two below are read. Both are real-time safe.
-void smooth_row_down(const UnitDepth *z, std::ptrdiff_t stride, int count, const SensorNoise &noise,
-                     const DepthUnits &units, float *out);
+/// The first: each of `count` readings becomes the mean over five of its row, in whole units, less
+/// one: no reading is 2^16 - 1. Two readings before `z` and two behind the last are read.
+void smooth_row_across(const UnitDepth *z, int count, const SixSigmaFactors &six_sigmas,
+                       std::uint16_t *out);
+/// The second: each reading becomes the mean over five rows of such means, metres, as a point of a
+/// surface (with_edge_distance()). Rows are `stride` readings apart; two above `z` and two below
+/// are read. Both are real-time safe.
+void smooth_row_down(const std::uint16_t *z, std::ptrdiff_t stride, int count,
+                     const SixSigmaFactors &six_sigmas, const DepthUnits &units,
+                     const std::uint8_t *edge_distance, float *out);
 
 } // namespace afterglow

@@ -44,7 +44,7 @@ SurfaceSmoothing::SurfaceSmoothing(const SmoothingOptions &options, const DepthU
     if (options.radius_px == radius_of_passes && !options.keep_creases &&
         width > 2 * radius_of_passes)
         // Kernels read past the last row.
-        across_ = Image<UnitDepth>(width, height + 1 + row_slack / width);
+        across_ = Image<std::uint16_t>(width, height + 1 + row_slack / width);
     if (options.keep_creases) {
         narrow_ = Image<float>(width, 2 * options.radius_px + 1);
         sums_.resize(static_cast<std::size_t>(width));
@@ -62,32 +62,53 @@ void SurfaceSmoothing::run(const UnsmoothedMap &map, WorkerPool &pool, ImageView
     });
     if (options_.keep_creases && options_.radius_px > 1)
         keep_creases(map, smooth);
+    for (int v = 0; v < smooth.height(); ++v)
+        add_edge_distances(map, v, smooth.row(v));
+}
+
+void SurfaceSmoothing::add_edge_distances(const UnsmoothedMap &map, int v, float *points) const {
+    const std::uint8_t *const distance = map.edge_distance.row(v);
+    const int count = map.edge_distance.width();
+    for (int u = 0; u < count; ++u) // the compiler makes vector code of it
+        points[u] = with_edge_distance(points[u], distance[u]);
 }
 
 /// Along rows, then along columns.
 void SurfaceSmoothing::smooth_in_passes(const UnsmoothedMap &map, WorkerPool &pool,
                                         ImageView<float> smooth) {
     const int w = smooth.width(), h = smooth.height();
+    const SixSigmaFactors six_sigmas(map.noise, units_);
     const auto inner = [&](int v) { return v >= radius_of_passes && v < h - radius_of_passes; };
     pool.run_strips(h, [&](int first, int end) {
         for (int v = first; v < end; ++v) {
             const UnitDepth *const z = map.z.row(v);
-            UnitDepth *const across = across_.row(v);
-            const int margin = inner(v) ? radius_of_passes : w;
-            std::copy_n(z, margin, across);
-            std::copy_n(z + w - margin, margin, across + w - margin);
-            if (inner(v))
-                smooth_row_across(z + margin, w - 2 * margin, map.noise, units_, across + margin);
+            std::uint16_t *const across = across_.row(v);
+            const auto copy = [&](int begin, int count) {
+                std::transform(z + begin, z + begin + count, across + begin, [](UnitDepth depth) {
+                    return static_cast<std::uint16_t>(depth - 1);
+                });
+            };
+            if (!inner(v)) {
+                copy(0, w);
+                continue;
+            }
+            copy(0, radius_of_passes);
+            copy(w - radius_of_passes, radius_of_passes);
+            smooth_row_across(z + radius_of_passes, w - 2 * radius_of_passes, six_sigmas,
+                              across + radius_of_passes);
         }
     });
     pool.run_strips(h, [&](int first, int end) {
         for (int v = first; v < end; ++v) {
-            const UnitDepth *const across = across_.row(v);
             float *const out = smooth.row(v);
-            if (inner(v))
-                smooth_row_down(across, across_.width(), w, map.noise, units_, out);
-            else
-                std::transform(across, across + w, out, [&](UnitDepth z) { return metres(z); });
+            if (inner(v)) {
+                smooth_row_down(across_.row(v), across_.width(), w, six_sigmas, units_,
+                                map.edge_distance.row(v), out);
+                continue;
+            }
+            const UnitDepth *const z = map.z.row(v);
+            std::transform(z, z + w, out, [&](UnitDepth depth) { return metres(depth); });
+            add_edge_distances(map, v, out);
         }
     });
 }
@@ -105,7 +126,8 @@ void SurfaceSmoothing::smooth_line(const UnsmoothedMap &map, int v, int radius, 
     for (int u = w - r; u < w; ++u)
         out[u] = metres(row[u]);
     if (map.amplitude.empty()) { // as if all had one amplitude
-        smooth_row({row + r, map.z.stride(), r, w - 2 * r}, map.noise, units_, out + r);
+        smooth_row({row + r, map.z.stride(), r, w - 2 * r}, SixSigmaFactors(map.noise, units_),
+                   units_, out + r);
         return;
     }
     const AmplitudeWeights weights = {map.amplitude};
@@ -125,8 +147,7 @@ void SurfaceSmoothing::smooth_line(const UnsmoothedMap &map, int v, int radius, 
             for (int du = dv == 0 ? 1 : -r; du <= r; ++du) {
                 const float a = metres(above[-du]), b = metres(below[du]);
                 const float mean = 0.5f * (a + b);
-                const bool ok = a != 0.0f && b != 0.0f && std::abs(mean - z) < limit &&
-                                std::abs(a - b) < 2.0f * limit + 0.1f * z;
+                const bool ok = a != 0.0f && b != 0.0f && std::abs(mean - z) < limit;
                 const float weight = weights.of_pair(u, v, du, dv);
                 sum += ok ? weight * mean : 0.0f;
                 total += ok ? weight : 0.0f;

@@ -36,19 +36,21 @@ public:
     SurfaceSmoothing(const SmoothingOptions &options, const DepthUnits &units, int width,
                      int height);
 
-    /// `smooth`: metres, 0 = none.
+    /// `smooth`: points as with_edge_distance() makes them, metres, 0 = none.
     void run(const UnsmoothedMap &map, WorkerPool &pool, ImageView<float> smooth);
 
 private:
     class NarrowWindows;
     float metres(int units) const { return units_.metres() * static_cast<float>(units); }
+    void add_edge_distances(const UnsmoothedMap &map, int v, float *points) const;
     void smooth_in_passes(const UnsmoothedMap &map, WorkerPool &pool, ImageView<float> smooth);
     void smooth_line(const UnsmoothedMap &map, int v, int radius, float *out) const;
     void keep_creases(const UnsmoothedMap &map, ImageView<float> smooth);
 
     SmoothingOptions options_;
     DepthUnits units_;
-    Image<UnitDepth> across_; ///< smoothed along its rows; empty: maps are not smoothed in passes
+    Image<std::uint16_t>
+        across_;              ///< smoothed along its rows; empty: maps are not smoothed in passes
     Image<float> narrow_;     ///< NarrowWindows' differences: of a few rows, metres
     std::vector<float> sums_; ///< of narrow_'s columns
 };

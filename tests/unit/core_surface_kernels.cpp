@@ -3,6 +3,7 @@
 // those that kernels get wrong.
 #include "core/keyframe/self_calibration.hpp"
 #include "core/keyframe/surface_kernels.hpp"
+#include "core/keyframe/surface_point.hpp"
 #include "tests/catch.hpp"
 #include "tests/instruction_set.hpp"
 
@@ -67,10 +68,10 @@ int six_sigmas(int z, const DepthUnits &units) {
 }
 /// Adds opposite pixels that are on the surface of the one between them.
 void add_pair(int z, int a, int b, int limit, int &sum, int &pairs) {
-    if (a == 0 || b == 0 || std::abs(a + b - 2 * z) >= limit ||
-        std::abs(a - b) >= limit + fixed_point(z, 3277))
+    const int difference = a + b - 2 * z;
+    if (a == 0 || b == 0 || difference < -limit || difference >= limit)
         return;
-    sum += a + b - 2 * z;
+    sum += difference;
     ++pairs;
 }
 int pair_limit(int z, const DepthUnits &units) {
@@ -92,7 +93,8 @@ TEST_CASE("smoothing in vectors is smoothing one by one") {
                     units);
                 const UnitDepth *row = map.data() + radius * stride + radius;
                 std::vector<float> out(static_cast<std::size_t>(count) + 1, -1.0f);
-                smooth_row({row, stride, radius, count}, sensor, units, out.data());
+                smooth_row({row, stride, radius, count}, SixSigmaFactors(sensor, units), units,
+                           out.data());
                 for (int u = 0; u < count; ++u) {
                     const int z = row[u], limit = pair_limit(z, units);
                     int sum = 0, pairs = 0;
@@ -117,32 +119,51 @@ TEST_CASE("smoothing of rows and of columns in vectors is smoothing reading by r
             const DepthUnits units(farthest);
             const auto size = static_cast<std::size_t>(count);
             const auto row = unit_depths(random, size + 4, units);
-            std::vector<UnitDepth> across(size + 1, UnitDepth{-1});
-            smooth_row_across(row.data() + 2, count, sensor, units, across.data());
-            const auto mean_of = [&](const UnitDepth *at, int step, int &sum, int &pairs) {
-                const int limit = pair_limit(*at, units);
-                for (const int away : {step, 2 * step})
-                    add_pair(*at, *(at - away), *(at + away), limit, sum, pairs);
+            const SixSigmaFactors six_sigmas(sensor, units);
+            // Of opposite readings that are on the surface of the one between them: how many count,
+            // and how far their means are from it, each rounded up, quarters of a unit.
+            const auto means_of = [&](const UnitDepth *at, int step, int &quarters, int &count_of) {
+                const int limit = pair_limit(*at, units) / 2;
+                for (const int away : {step, 2 * step}) {
+                    const int a = *(at - away), b = *(at + away);
+                    const int difference = (a + b + 1) / 2 - *at;
+                    if (a == 0 || b == 0 || difference < -limit || difference >= limit)
+                        continue;
+                    quarters += 4 * difference - 1;
+                    ++count_of;
+                }
             };
+            std::vector<std::uint16_t> across(size + 1, 77);
+            smooth_row_across(row.data() + 2, count, six_sigmas, across.data());
             for (std::size_t u = 0; u < size; ++u) {
-                int sum = 0, pairs = 0;
-                mean_of(row.data() + 2 + u, 1, sum, pairs);
-                CAPTURE(farthest, count, u, sum, pairs);
-                REQUIRE(across[u] == row[u + 2] + fixed_point(sum, pairs == 2 ? 6554 : 10923));
+                int quarters = 0, means = 0;
+                means_of(row.data() + 2 + u, 1, quarters, means);
+                const int shift = fixed_point(quarters, means == 2 ? 3277 : 5461);
+                CAPTURE(farthest, count, u, quarters, means);
+                REQUIRE(across[u] == static_cast<std::uint16_t>(row[u + 2] - 1 + shift));
             }
-            CHECK(across.back() == -1);
+            CHECK(across.back() == 77);
 
             const auto rows = unit_depths(random, 5 * size, units);
+            std::vector<std::uint16_t> less_one;
+            for (const UnitDepth z : rows)
+                less_one.push_back(static_cast<std::uint16_t>(z - 1));
+            less_one.resize(less_one.size() + row_slack);
+            std::vector<std::uint8_t> edges(size);
+            for (std::uint8_t &edge : edges)
+                edge = static_cast<std::uint8_t>(1 + random() % 7);
             const UnitDepth *const middle = rows.data() + 2 * count;
             std::vector<float> out(size + 1, -1.0f);
-            smooth_row_down(middle, count, count, sensor, units, out.data());
+            smooth_row_down(less_one.data() + 2 * count, count, count, six_sigmas, units,
+                            edges.data(), out.data());
             for (std::size_t u = 0; u < size; ++u) {
-                int sum = 0, pairs = 0;
-                mean_of(middle + u, count, sum, pairs);
-                const float share = units.metres() / (pairs == 2 ? 5 : 3);
-                CAPTURE(farthest, count, u, sum, pairs);
-                REQUIRE(out[u] == static_cast<float>(middle[u]) * units.metres() +
-                                      static_cast<float>(sum) * share);
+                int quarters = 0, means = 0;
+                means_of(middle + u, count, quarters, means);
+                const float share = units.metres() / (means == 2 ? 10 : 6);
+                const float mean = static_cast<float>(middle[u]) * units.metres() +
+                                   static_cast<float>(quarters) * share;
+                CAPTURE(farthest, count, u, quarters, means);
+                REQUIRE(out[u] == with_edge_distance(mean, edges[u]));
             }
             CHECK(out.back() == -1.0f);
         }
@@ -165,7 +186,7 @@ TEST_CASE("six sigmas of sensor noise in 16 bits are near those in floats", "[co
                 const auto count = static_cast<int>(z.size());
                 z.resize(z.size() + row_slack);
                 std::vector<std::int16_t> steps(z.size() + row_slack);
-                find_steps(z.data(), count, {0, noise}, units, steps.data());
+                find_steps(z.data(), count, 0, SixSigmaFactors(noise, units), steps.data());
                 for (int i = 0; i < count; ++i) {
                     const auto k = static_cast<std::size_t>(i);
                     const float exact =
@@ -186,6 +207,7 @@ TEST_CASE("smoothing takes no hole and nothing far away for a neighbour") {
     AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     // Sums of the largest depths leave 16 bits.
     const DepthUnits units(15.0f);
+    const SixSigmaFactors noisy(sensor.times(16), units);
     for (const int z : {1, 200, 7000, 16384, 29999, 30000})
         for (const int other : {0, 1, 200, 16384, 30000}) {
             if (std::abs(z - other) < z / 2)
@@ -196,17 +218,22 @@ TEST_CASE("smoothing takes no hole and nothing far away for a neighbour") {
             row[3] = static_cast<UnitDepth>(z);
             std::vector<float> out(8);
             // So noisy that a hole would lie within three sigmas.
-            smooth_row({row, 12, 2, 8}, sensor.times(16), units, out.data());
+            smooth_row({row, 12, 2, 8}, noisy, units, out.data());
             CAPTURE(z, other);
             CHECK(out[3] == static_cast<float>(z) * units.metres());
             CHECK(out[4] == 0.0f);
 
-            std::vector<UnitDepth> across(8);
-            smooth_row_across(row, 8, sensor.times(16), units, across.data());
-            CHECK(across[3] == z);
-            CHECK(across[4] == 0);
-            smooth_row_down(row, 12, 8, sensor.times(16), units, out.data());
+            std::vector<std::uint16_t> across(8), less_one(map.begin(), map.end());
+            smooth_row_across(row, 8, noisy, across.data());
+            CHECK(across[3] == z - 1);
+            CHECK(across[4] == 0xffff);
+            for (std::uint16_t &depth : less_one)
+                --depth;
+            const std::vector<std::uint8_t> edges(8, 5);
+            smooth_row_down(less_one.data() + 2 * 12 + 2, 12, 8, noisy, units, edges.data(),
+                            out.data());
             CHECK(out[3] == Approx(static_cast<float>(z) * units.metres()));
+            CHECK(edge_distance_of(out[3]) == 5);
             CHECK(out[4] == 0.0f);
         }
 }
@@ -263,7 +290,8 @@ TEST_CASE("neighbours are compared in vectors as one by one") {
             b[i] = static_cast<UnitDepth>(a[i] + a[i] / 300); // some are of one surface
         const auto steps_of = [&](const std::vector<UnitDepth> &z) {
             std::vector<std::int16_t> steps(size + row_slack);
-            find_steps(z.data(), count, rule, units, steps.data());
+            find_steps(z.data(), count, rule.edge_relative, SixSigmaFactors(sensor, units),
+                       steps.data());
             for (std::size_t i = 0; i < size; ++i) {
                 const int relative =
                     fixed_point(z[i], static_cast<int>(std::lround(65536 * rule.edge_relative)));
