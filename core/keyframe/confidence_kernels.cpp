@@ -59,7 +59,7 @@ using Depths = hn::CappedTag<std::uint16_t, run / 2>;
 /// Looks up runs of pixels. It tries first the two bins of the run before, which most runs are in.
 class RunLookUp {
 public:
-    /// `bin`: that of any pixel with depth, so that the table has values for it.
+    /// `bin`: where to begin.
     RunLookUp(const std::uint8_t *table, int bin) : table_(table) { go_to(bin); }
 
     void operator()(const std::uint16_t *depth, const std::uint8_t *classes,
@@ -69,18 +69,17 @@ public:
         const auto left = hn::LoadU(d, depth), right = hn::LoadU(d, depth + run / 2);
         const auto of = hn::LoadU(d8, classes);
         // Without depth the class is 0, for which all bins have 0.
-        auto done = narrowed(hn::Or(in_bins(left), hn::Eq(left, hn::Zero(d))),
-                             hn::Or(in_bins(right), hn::Eq(right, hn::Zero(d))));
+        const auto left_done = hn::Or(in_bins(left), hn::Eq(left, hn::Zero(d)));
+        const auto right_done = hn::Or(in_bins(right), hn::Eq(right, hn::Zero(d)));
         const auto in_layer = hn::Lt(of, hn::Set(d8, class_layer));
-        if (!hn::AllTrue(d8, hn::And(hn::Ne(done, hn::Zero(d8)), in_layer))) {
-            if (!hn::AllTrue(d8, in_layer)) {
-                singly_ += look_up_singly(depth, classes, run, table_, confidence);
-                return;
-            }
-            look_up_all(left, right, of, done, confidence);
-            return;
-        }
-        put(found(left, right, of), confidence);
+        const auto all = hn::And(hn::VecFromMask(d, hn::And(left_done, right_done)),
+                                 hn::BitCast(d, hn::VecFromMask(d8, in_layer)));
+        if (hn::AllTrue(d, hn::Eq(all, hn::Set(d, 0xffff))))
+            put(found(left, right, of), confidence);
+        else if (hn::AllTrue(d8, in_layer))
+            look_up_all(left, right, of, narrowed(left_done, right_done), confidence);
+        else
+            singly_ += look_up_singly(depth, classes, run, table_, confidence);
     }
     /// Of all confidences.
     std::uint32_t sum() const {
@@ -192,21 +191,10 @@ DepthExtent range_of(ImageView<const std::uint16_t> depth) {
     return range;
 }
 
-std::uint32_t look_up(const JudgedPixels &pixels, const std::uint8_t *table,
+std::uint32_t look_up(const JudgedPixels &pixels, const std::uint8_t *table, int first_bin,
                       ImageView<std::uint8_t> confidence) {
-    std::uint16_t some = 0;
-    for (int v = 0; v < pixels.depth.height() && some == 0; ++v) {
-        const std::uint16_t *const row = pixels.depth.row(v), *const end = row + confidence.width();
-        const auto *const found = std::find_if(row, end, [](std::uint16_t mm) { return mm != 0; });
-        some = found == end ? 0 : *found;
-    }
-    if (some == 0) {
-        for (int v = 0; v < confidence.height(); ++v)
-            std::fill_n(confidence.row(v), confidence.width(), std::uint8_t{0});
-        return 0;
-    }
     std::uint32_t sum = 0;
-    RunLookUp look_up_run(table, depth_bin(some));
+    RunLookUp look_up_run(table, first_bin);
     int u = 0;
     for (; u + run <= confidence.width(); u += run) {
         const std::uint16_t *depth = pixels.depth.data() + u;
@@ -345,8 +333,8 @@ DepthExtent depth_extent(ImageView<const std::uint16_t> depth) {
 }
 
 std::uint32_t look_up_confidences(const JudgedPixels &pixels, const std::uint8_t *table,
-                                  ImageView<std::uint8_t> confidence) {
-    return HWY_DYNAMIC_DISPATCH(look_up)(pixels, table, confidence);
+                                  int first_bin, ImageView<std::uint8_t> confidence) {
+    return HWY_DYNAMIC_DISPATCH(look_up)(pixels, table, first_bin, confidence);
 }
 
 ComparedErrors compare_errors(const ComparedPixels &pixels, float misplaced) {

@@ -47,10 +47,10 @@ struct JudgedPixels {
     ImageView<const std::uint8_t> classes;
 };
 /// Looks up the confidences of the pixels that have depth in `table`, of which the bins in their
-/// range of depths are read, and at least two; others get none, their class is 0. Returns the sum
-/// of the confidences. Real-time safe.
+/// range of depths are read, and at least two, beginning with `first_bin` and the next; others get
+/// none, their class is 0. Returns the sum of the confidences. Real-time safe.
 std::uint32_t look_up_confidences(const JudgedPixels &pixels, const std::uint8_t *table,
-                                  ImageView<std::uint8_t> confidence);
+                                  int first_bin, ImageView<std::uint8_t> confidence);
 
 /// Pixels of a composed map (millimetres, 0 = none) with their confidences, and the same pixels
 /// measured.

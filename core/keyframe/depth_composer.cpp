@@ -313,10 +313,14 @@ std::uint32_t DepthComposer::judge_cell(int x, int y, const ConfidenceTable &tab
     const Cell &cell = cells_(x, y);
     const bool lowers = cell.most != measured_confidence || cell.local >= confidence_step;
     ConfidenceTable lowered;
-    if (lowers)
-        lower(cell, depth_extent(depth), table, lowered);
+    std::uint16_t any = depth(depth.width() / 2, depth.height() / 2);
+    if (lowers) {
+        const DepthExtent range = depth_extent(depth);
+        lower(cell, range, table, lowered);
+        any = range.nearest;
+    }
     return look_up_confidences({depth, cell_of(classes_.view(), x, y)},
-                               (lowers ? lowered : table).data(),
+                               (lowers ? lowered : table).data(), depth_bin(any),
                                cell_of(confidence_.view(), x, y));
 }
 

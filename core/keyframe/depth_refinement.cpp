@@ -28,7 +28,7 @@ constexpr int least_compared = 100;
 /// No difference of depths counts for more, as a share of the depth.
 constexpr float most_relative = 0.2f;
 /// A step below this, metres and radians, is the last, and changes nothing of how well maps fit.
-constexpr float converged_step = 2e-4f;
+constexpr float converged_step = 1e-3f;
 
 /// Pixels from one reading that is compared to the next.
 int grid_of(const Intrinsics &camera) {

@@ -80,8 +80,9 @@ TEST_CASE("confidences are looked up alike in vectors and one by one", "[core]")
                 const auto place = static_cast<std::size_t>(place_in_table(of, bin));
                 in_range[place] = table[place];
             }
-        const std::uint32_t sum =
-            look_up_confidences({depth, classes}, in_range.data(), confidence);
+        const std::uint32_t sum = look_up_confidences(
+            {depth, classes}, in_range.data(),
+            depth_bin(round % 2 == 0 ? range.nearest : range.farthest), confidence);
         std::uint32_t expected_sum = 0;
         for (std::size_t i = 0; i < depth.pixels().size(); ++i) {
             const std::uint16_t mm = depth.pixels()[i];
