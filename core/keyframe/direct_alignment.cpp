@@ -185,7 +185,7 @@ void DirectAlignment::sum_up(const AlignmentTemplate &reference, int level, cons
 }
 
 void DirectAlignment::sum_up_part(const TemplatePoints &points, int begin, int end,
-                                  const Placement &at, float robust_width, Wanted wanted,
+                                  const Placement &at, float cost_width, Wanted wanted,
                                   Part &part) const {
     static constexpr std::array<float, points_at_once> ones = [] {
         std::array<float, points_at_once> column{};
@@ -195,7 +195,7 @@ void DirectAlignment::sum_up_part(const TemplatePoints &points, int begin, int e
     const int count = end - begin;
     part.clear();
     Residuals residuals;
-    find_residuals(points, begin, end, grey_.data() + begin, at, robust_width, residuals);
+    find_residuals(points, begin, end, grey_.data() + begin, at, cost_width, residuals);
     for (const std::int32_t bin : std::span(residuals.bin).first(static_cast<std::size_t>(count)))
         ++part.histogram[static_cast<std::size_t>(bin)];
     if (wanted == Wanted::scale)

@@ -109,7 +109,7 @@ private:
     void sum_up(const AlignmentTemplate &reference, int level, const Placement &at, float scale,
                 Wanted wanted, Sums &sums);
     void sum_up_part(const TemplatePoints &points, int first, int end, const Placement &at,
-                     float robust_width, Wanted wanted, Part &part) const;
+                     float cost_width, Wanted wanted, Part &part) const;
 
     AlignmentOptions options_;
     WorkerPool &pool_;
