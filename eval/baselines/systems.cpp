@@ -120,10 +120,11 @@ PipelineFactory system_factory(const SystemDescription &system, const SystemInpu
     const Row *row =
         std::ranges::find(rows, system.name, [](const Row &r) { return r.description.name; });
     assert(row != std::end(rows));
-    return [row, inputs](const RigGeometry &geometry) {
-        cv::setNumThreads(inputs.pool.size());
-        return row->make(inputs, geometry.camera());
-    };
+    // Once for all: OpenCV's setting is the process's, and must not be made by two threads at a
+    // time. Its functions take one thread, since systems run side by side.
+    [[maybe_unused]] static const bool set = (cv::setNumThreads(1), true);
+    return
+        [row, inputs](const RigGeometry &geometry) { return row->make(inputs, geometry.camera()); };
 }
 
 } // namespace afterglow
