@@ -81,6 +81,12 @@ private:
     int height_ = 0;
 };
 
+/// The part of a view that begins at column u of row v.
+template <class T>
+ImageView<T> part_of(ImageView<T> image, int u, int v, int width, int height) {
+    return {image.row(v) + u, width, height, image.stride()};
+}
+
 /// Copies the pixels of one view to another of its size.
 template <class T>
 void copy_pixels(std::type_identity_t<ImageView<const T>> from, ImageView<T> to) {

@@ -74,7 +74,7 @@ template <class D, class V>
     return hn::BitCast(hn::RebindToSigned<D>(), value);
 }
 
-[[maybe_unused]] inline constexpr std::array<float, 64> whole_numbers = [] {
+[[maybe_unused]] alignas(64) inline constexpr std::array<float, 64> whole_numbers = [] {
     std::array<float, 64> numbers{};
     for (std::size_t i = 0; i < numbers.size(); ++i)
         numbers[i] = static_cast<float>(i);

@@ -4,6 +4,9 @@
 #define HWY_TARGET_INCLUDE "core/keyframe/block_grid.cpp"
 #include "core/keyframe/block_grid.hpp"
 
+#include "core/keyframe/tile_nodes.hpp"
+#include "core/keyframe/uneven_blocks.hpp"
+
 #include <algorithm>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
@@ -38,7 +41,7 @@ namespace {
 constexpr int block_px = mapped_block_px, blocks_down = mapped_tile_px / block_px;
 /// As many blocks at once, at most.
 constexpr int most_blocks = 32;
-/// Values of columns of pixels, at nodes: of each row of blocks, and of the first of the next tile.
+/// Values of the pixel columns of some blocks, one line for each row of nodes.
 using Lines = std::int16_t[blocks_down + 1][most_blocks * block_px];
 
 /// The quarters of the way from one value to another.
@@ -56,7 +59,8 @@ HWY_API Quarters<V> quarters_between(V from, V to) {
 }
 
 /// Finds which blocks are even, from the x-th of each row on, and draws their edge distances; 0 in
-/// other blocks. Fills a row of `lines` for each row of blocks: -1 in the columns of even ones.
+/// other blocks. `even_columns`: a line for each row of blocks, -1 in the columns of even blocks,
+/// else 0.
 template <class D>
 HWY_INLINE void find_even(D d, const NodeRows &nodes, const std::int16_t *most_displaced, int x,
                           const EvenRows &to, Lines &even_columns) {
@@ -142,12 +146,6 @@ namespace {
 
 HWY_EXPORT(draw_even_blocks);
 
-/// The part of an image that begins at (x, y).
-template <class T>
-ImageView<T> part_of(ImageView<T> image, int x, int y, int width, int height) {
-    return {image.row(y) + x, width, height, image.stride()};
-}
-
 } // namespace
 
 BlockGrid::BlockGrid(int width, int height)
@@ -196,17 +194,17 @@ void BlockGrid::draw_even(int y, ImageView<std::uint16_t> millimetres,
       pixels(millimetres), pixels(edge_distance)});
 }
 
-int BlockGrid::draw_others(int x, int y, const MappedTile &tile, ImageView<const float> z,
+int BlockGrid::draw_uneven(int x, int y, const MappedTile &tile, ImageView<const float> z,
                            int least_edge_distance, ImageView<std::uint16_t> millimetres,
                            ImageView<std::uint8_t> edge_distance) const {
     const auto even =
         part_of(even_.view(), x * blocks_across, y * blocks_across, blocks_across, blocks_across);
-    int others = 0;
+    int uneven = 0;
     for (int row = 0; row < blocks_across; ++row)
-        others += static_cast<int>(
+        uneven += static_cast<int>(
             std::count(even.row(row), even.row(row) + blocks_across, std::uint8_t{0}));
-    const int drawn = (blocks_across * blocks_across - others) * mapped_block_px * mapped_block_px;
-    if (others == 0)
+    const int drawn = (blocks_across * blocks_across - uneven) * mapped_block_px * mapped_block_px;
+    if (uneven == 0)
         return drawn;
     const auto pixels = [&](auto image) {
         return part_of(image, x * mapped_tile_px, y * mapped_tile_px, mapped_tile_px,

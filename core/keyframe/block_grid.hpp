@@ -15,7 +15,8 @@ namespace afterglow {
 /// show one surface, `edge_free_block` pixels or more from edges, and if parallax displaces them
 /// by less than `alike_displacement_px` against each other. Even blocks get readings that are
 /// bilinear between their corners and the mean of their edge distances; holes of up to 3 pixels,
-/// between two nodes, are drawn over. The pixels of other blocks are looked up one by one.
+/// between two nodes, are drawn over. The pixels of uneven blocks are looked up one by one
+/// (draw_uneven_blocks()).
 ///
 /// Allocates when made; the calls are real-time safe.
 class BlockGrid {
@@ -35,13 +36,13 @@ public:
     void leave_out(int x, int y);
 
     /// When all tiles have been looked up or left out: draws the even blocks of a row of tiles:
-    /// readings, millimetres, and edge distances, pixels. Other blocks, and all of tiles that were
+    /// readings, millimetres, and edge distances, pixels. Uneven blocks, and all of tiles that were
     /// left out, become empty (both 0). Rows of tiles may be drawn at the same time.
     void draw_even(int y, ImageView<std::uint16_t> millimetres,
                    ImageView<std::uint8_t> edge_distance);
-    /// Then: draws the other blocks of a tile that was looked up. Returns how many pixels of the
-    /// tile have depth.
-    int draw_others(int x, int y, const MappedTile &tile, ImageView<const float> z,
+    /// Then: draws the uneven blocks of a tile that was looked up. Returns how many pixels of the
+    /// whole tile have depth.
+    int draw_uneven(int x, int y, const MappedTile &tile, ImageView<const float> z,
                     int least_edge_distance, ImageView<std::uint16_t> millimetres,
                     ImageView<std::uint8_t> edge_distance) const;
 
@@ -51,9 +52,11 @@ private:
     int columns_, rows_;
     Image<std::uint16_t> millimetres_; ///< of the nodes, 0: nothing is seen
     Image<std::uint8_t> edge_distance_;
-    Image<std::int16_t> displacement_;   ///< by parallax, from infinitely far away
-    Image<std::int16_t> most_displaced_; ///< of a block's corners against each other
-    Image<std::uint8_t> even_;           ///< by block: its mean edge distance; 0: not even
+    Image<std::int16_t> displacement_; ///< BlockNodes::displacement
+    /// By column of blocks and row of tiles: a block is not even if its corners are displaced by so
+    /// much against each other, or more; the unit is that of displacement_.
+    Image<std::int16_t> most_displaced_;
+    Image<std::uint8_t> even_; ///< by block: its mean edge distance; 0: not even
 };
 
 } // namespace afterglow

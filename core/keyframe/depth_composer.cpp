@@ -26,8 +26,8 @@ constexpr float noticed_growth = 1.1f;
 template <class T>
 ImageView<T> cell_of(ImageView<T> image, int x, int y) {
     constexpr int size = MotionMask::cell_px;
-    return {image.row(y * size) + x * size, std::min(size, image.width() - x * size),
-            std::min(size, image.height() - y * size), image.stride()};
+    return part_of(image, x * size, y * size, std::min(size, image.width() - x * size),
+                   std::min(size, image.height() - y * size));
 }
 
 } // namespace

@@ -56,9 +56,8 @@ struct Residuals {
 };
 
 /// Of a level's points first .. end - 1, whole blocks; `grey`: their grey values, as from
-/// find_greys(). Gain and offset are those of `at`; `robust_width`: of
-/// Geman and McClure's cost, in expected deviations s.
-/// Real-time safe.
+/// find_greys(). Gain and offset are those of `at`; `robust_width`: of Geman and McClure's cost, in
+/// expected deviations s. Real-time safe.
 void find_residuals(const TemplatePoints &points, int first, int end, const float *grey,
                     const Placement &at, float robust_width, Residuals &residuals);
 

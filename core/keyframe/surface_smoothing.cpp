@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/keyframe/surface_smoothing.hpp"
 
+#include "core/keyframe/smoothing_kernels.hpp"
 #include "core/keyframe/surface_point.hpp"
 
 #include <algorithm>

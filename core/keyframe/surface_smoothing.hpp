@@ -4,7 +4,7 @@
 #include "core/base/image.hpp"
 #include "core/base/worker_pool.hpp"
 #include "core/keyframe/sensor_noise.hpp"
-#include "core/keyframe/surface_kernels.hpp"
+#include "core/keyframe/unit_depth.hpp"
 
 #include <cstdint>
 #include <vector>

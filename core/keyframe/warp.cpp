@@ -139,7 +139,7 @@ int Warp::draw_tiles(const Drawing &to, int tile_row) {
     }
     for (int x = 0; x < tiles_.columns(); ++x) {
         if (tiles_.content(x, tile_row) == TileContent::mapped)
-            drawn += grid_.draw_others(x, tile_row, tiles_.mapped(x, tile_row), to.surface.z(),
+            drawn += grid_.draw_uneven(x, tile_row, tiles_.mapped(x, tile_row), to.surface.z(),
                                        options_.least_edge_distance_px, to.depth, to.edge_distance);
         if (x < in_grid || tiles_.content(x, tile_row) != TileContent::nothing)
             continue;

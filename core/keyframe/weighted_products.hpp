@@ -8,9 +8,8 @@
 namespace afterglow {
 
 /// Sums of weighted products of columns: J' W J and J' W e of a least squares problem with the
-/// derivatives J, the weights W and the error e as the last column. Products
-/// are summed in single precision within a call and in double precision from call to call.
-/// Real-time safe.
+/// derivatives J, the weights W and the error e as the last column. Products are summed in single
+/// precision within a call and in double precision from call to call. Real-time safe.
 class WeightedProducts {
 public:
     static constexpr int most_rows = 512; ///< of a call

@@ -2,6 +2,7 @@
 // Kernels against the scalar code that they stand for, bit for bit, on numbers as they come and on
 // those that kernels get wrong.
 #include "core/keyframe/self_calibration.hpp"
+#include "core/keyframe/smoothing_kernels.hpp"
 #include "core/keyframe/surface_kernels.hpp"
 #include "core/keyframe/surface_point.hpp"
 #include "tests/catch.hpp"

@@ -45,7 +45,7 @@ struct DrawnTile {
         BlockGrid grid(size + beside, size);
         grid.look_up(0, 0, tile, surface, least_edge_distance);
         grid.draw_even(0, reading, edge);
-        found = grid.draw_others(0, 0, tile, surface, least_edge_distance, reading, edge);
+        found = grid.draw_uneven(0, 0, tile, surface, least_edge_distance, reading, edge);
     }
     bool nothing_beside() const {
         bool untouched = true;
@@ -149,10 +149,9 @@ Seen look_up(const MappedTile &tile, ImageView<const float> surface, int least_e
                                  place.y() - static_cast<float>(v));
     float depth = point;
     seen.of_row = of_row;
-    if (tile.one_surface && !of_row)
-        depth += slope_between(tile).dot(beside);
-    else if (node)
-        depth = depth_between(surface, place.x(), place.y(), point, moved);
+    if (node)
+        depth = tile.one_surface ? point + slope_between(tile).dot(beside)
+                                 : depth_between(surface, place.x(), place.y(), point, moved);
     seen.reading = depth * between(tile, &MappedCorner::scale, fx, fy) +
                    between(tile, &MappedCorner::shift, fx, fy);
     seen.edge = edge_distance_of(point);
@@ -229,8 +228,8 @@ void compare(const MappedTile &tile, ImageView<const float> surface, int least_e
 
 } // namespace
 
-TEST_CASE("a mapped tile of the view shows the nearest points of the surface, moved along its "
-          "slope, and between them where it is even") {
+TEST_CASE("a mapped tile shows depths between the corners of even blocks, and nearest points in "
+          "uneven ones") {
     AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     std::mt19937 random(7);
     std::uniform_real_distribution<float> some(-1.0f, 1.0f), depths(0.5f, 4.0f);
