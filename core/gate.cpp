@@ -20,6 +20,9 @@ constexpr std::array<std::string_view, 10> reason_names{"dark",      "first",   
                                                         "saving",    "coverage", "age",  "interval",
                                                         "always-on", "requested"};
 
+/// Carrying a map for one image is taken to have added this share of its error, at least.
+constexpr double least_carried = 0.1;
+
 } // namespace
 
 std::string_view to_string(GateReason reason) {
@@ -40,9 +43,15 @@ std::optional<GateMode> gate_mode_from_string(std::string_view name) {
     return std::nullopt;
 }
 
+void Gate::set_policy(const GatePolicy &policy) {
+    kept_ = kept_ && policy.mode == policy_.mode;
+    policy_ = policy;
+}
+
 void Gate::restart() {
     since_measurement_ = -1;
     waited_ = -1;
+    kept_ = false;
     reason_ = GateReason::none;
     budget_spent_ = false;
 }
@@ -56,6 +65,8 @@ bool Gate::wants_light(const Estimate &estimate, bool ready) {
         excess_ = 0;
     }
     excess_ += excess_of(estimate.expected_mre);
+    last_mre_ = estimate.expected_mre;
+    fresh_mre_ = estimate.fresh_mre;
     tokens_ = std::min(tokens_ + policy_.duty_cycle_budget / 100, policy_.budget_burst);
     if (!ready || policy_.mode == GateMode::off)
         waited_ = -1;
@@ -65,6 +76,7 @@ bool Gate::wants_light(const Estimate &estimate, bool ready) {
     if (!ready || budget_spent_)
         reason_ = GateReason::none;
     const bool lit = reason_ != GateReason::none;
+    kept_ = kept_ && lit;
     waited_ = lit ? waited_ + 1 : -1;
     if (lit)
         --tokens_; // a wake that had begun may overdraw them
@@ -74,7 +86,15 @@ bool Gate::wants_light(const Estimate &estimate, bool ready) {
 }
 
 void Gate::measured() {
-    latency_ = std::max(waited_, 0);
+    if (!kept_)
+        latency_ = std::max(waited_, 0);
+    if (since_measurement_ > 1) {
+        const double carried = std::max(first_mre_ - fresh_mre_, least_carried * first_mre_);
+        const double grown = std::max(last_mre_ - first_mre_, 0.0) / (since_measurement_ - 1);
+        growth_ = carried > 0 ? grown / carried : 0;
+    }
+    kept_ = !exhausted_ && (policy_.mode == GateMode::always_on ||
+                            (policy_.mode == GateMode::automatic && wakes_too_late()));
     since_measurement_ = 0;
     waited_ = -1;
     requested_ = false;
@@ -88,6 +108,8 @@ GateReason Gate::decide(const Estimate &estimate) const {
         return GateReason::first;
     if (requested_)
         return GateReason::requested;
+    if (kept_ && policy_.mode == GateMode::automatic)
+        return GateReason::error;
     switch (policy_.mode) {
     case GateMode::automatic:
         return decide_automatic(estimate);
@@ -155,6 +177,17 @@ bool Gate::pays_off(double mre, double mre_at_arrival) const {
     const double until_arrival = latency_ * (excess_of(mre) + excess_of(mre_at_arrival)) / 2;
     const int frames = since_measurement_ + latency_;
     return price > 0 && frames * excess_of(mre_at_arrival) - excess_ - until_arrival >= price;
+}
+
+/// Whether the next map would be too wrong by the time that a TOF camera which goes dark now could
+/// measure again. A map's error is expected to grow as the last one's that was carried in the dark;
+/// less, if carrying it for one image adds less.
+bool Gate::wakes_too_late() const {
+    if (latency_ == 0 || policy_.shortest_interval_frames > 1)
+        return false;
+    const double carried = std::max(first_mre_ - fresh_mre_, 0.0);
+    const double mre = first_mre_ + latency_ * growth_ * carried;
+    return mre > policy_.target_mre && fresh_mre_ < policy_.worthwhile / 100 * mre;
 }
 
 } // namespace afterglow

@@ -68,13 +68,14 @@ struct GatePolicy {
 /// A preset that predicts its error is lit when the error or the coverage expected *at the time a
 /// measurement could arrive* misses the policy, if a measurement would help; one that does not (the
 /// paper's) when it asks for a measurement. How long measurements take to arrive is learnt from
-/// those that came. Real-time safe.
+/// those that came. A TOF camera that is slow to wake stays lit while the target would be missed by
+/// the time that it could measure again. Real-time safe.
 class Gate {
 public:
     explicit Gate(const GatePolicy &policy) : policy_(policy), tokens_(policy.budget_burst) {}
 
     /// Holds from the next image on. What has been spent of the budget stays spent.
-    void set_policy(const GatePolicy &policy) { policy_ = policy; }
+    void set_policy(const GatePolicy &policy);
     const GatePolicy &policy() const { return policy_; }
     /// Light for the next measurement, in every mode but GateMode::off.
     void request_measurement() { requested_ = true; }
@@ -92,7 +93,7 @@ public:
     /// A measurement for the current image has arrived.
     void measured();
     /// After measured(): whether the light should stay on until the next image is asked about.
-    bool keeps_light() const { return policy_.mode == GateMode::always_on && !exhausted_; }
+    bool keeps_light() const { return kept_; }
     /// Images from light on to the first measurement, when last seen.
     int wake_latency_frames() const { return latency_; }
 
@@ -103,12 +104,14 @@ private:
     GateReason judge_map(const Estimate &estimate) const;
     bool too_old(const Estimate &estimate) const;
     bool pays_off(double mre, double mre_at_arrival) const;
+    bool wakes_too_late() const;
 
     GatePolicy policy_;
     int since_measurement_ = -1; ///< images; -1: never measured
     int waited_ = -1;            ///< images since the light was asked for; -1: it was not
     int latency_ = 0;
-    double tokens_; ///< lit frames that the budget allows now
+    bool kept_ = false; ///< the light has not gone out since the last measurement
+    double tokens_;     ///< lit frames that the budget allows now
     bool exhausted_ = false;
     bool requested_ = false;
     GateReason reason_ = GateReason::none;
@@ -116,6 +119,11 @@ private:
     double first_mre_ = 0;      ///< expected of the first estimate since the measurement
     double excess_ = 0;         ///< sum of excess_of() since the measurement
     double first_coverage_ = 0; ///< relative, of the same
+    double last_mre_ = 0;       ///< expected of the last estimate
+    double fresh_mre_ = 0;      ///< and of a measurement then
+    /// By how much more the error grew from image to image, when last seen, as a share of what
+    /// carrying a map for one image adds to a fresh one's.
+    double growth_ = 0;
 };
 
 } // namespace afterglow
