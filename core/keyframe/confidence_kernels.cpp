@@ -286,11 +286,12 @@ Overlaid overlay(const std::uint16_t *HWY_RESTRICT measured, int count,
     const hn::Repartition<std::uint64_t, decltype(d8)> sums;
     const auto surely = hn::Set(d8, measured_confidence);
     auto gained = hn::Zero(sums);
-    auto covered = hn::Zero(d);
+    auto covered = hn::Zero(d), missing = covered;
     for (; u + run / 2 <= count; u += run / 2) {
         const auto in = hn::LoadU(d, measured + u), was = hn::LoadU(d, depth + u);
         const auto none = hn::Zero(d);
         const auto nothing = hn::VecFromMask(d, hn::Eq(in, none));
+        missing = hn::Sub(missing, nothing);
         hn::StoreU(hn::Or(in, hn::And(nothing, was)), d, depth + u);
         const auto new_ones = hn::AndNot(nothing, hn::VecFromMask(d, hn::Eq(was, none)));
         covered = hn::Sub(covered, new_ones);
@@ -301,10 +302,12 @@ Overlaid overlay(const std::uint16_t *HWY_RESTRICT measured, int count,
     }
     found.gained = static_cast<std::int64_t>(hn::GetLane(hn::SumOfLanes(sums, gained)));
     found.covered = static_cast<int>(hn::GetLane(hn::SumOfLanes(d, covered)));
+    found.measured = u - static_cast<int>(hn::GetLane(hn::SumOfLanes(d, missing)));
 #endif
     for (; u < count; ++u) {
         if (measured[u] == 0)
             continue;
+        ++found.measured;
         found.covered += static_cast<int>(depth[u] == 0);
         found.gained += measured_confidence - confidence[u];
         depth[u] = measured[u];

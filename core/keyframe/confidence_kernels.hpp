@@ -65,6 +65,7 @@ ComparedErrors compare_errors(const ComparedPixels &pixels, float misplaced);
 
 /// What a measured map changes where it is laid over another one.
 struct Overlaid {
+    int measured = 0;        ///< pixels that are measured
     int covered = 0;         ///< pixels that had no depth and have it now
     std::int64_t gained = 0; ///< sum of the confidences, by how much it is more
 };

@@ -356,15 +356,18 @@ ImageView<const ComparedErrors> DepthComposer::compare(DepthView measured) {
     return compared_;
 }
 
-void DepthComposer::overlay(DepthView measured) {
+int DepthComposer::overlay(DepthView measured) {
     displaced_ = false;
     layer_count_ = 0;
+    int pixels = 0;
     for (int v = 0; v < camera_.height; ++v) {
         const Overlaid row =
             lay_over(measured.row(v), camera_.width, depth_.row(v), confidence_.row(v));
+        pixels += row.measured;
         covered_ += row.covered;
         confidence_sum_ += static_cast<std::uint64_t>(row.gained);
     }
+    return pixels;
 }
 
 float DepthComposer::expected_mre() const {

@@ -60,7 +60,8 @@ public:
     /// Empties the map.
     void clear();
     /// Lays a measured map over the composed one; pixels it lacks stay as they were composed.
-    void overlay(DepthView measured);
+    /// Returns how many it has.
+    int overlay(DepthView measured);
 
     DepthMap &depth() { return depth_; }
     Image<std::uint8_t> &confidence() { return confidence_; }

@@ -29,7 +29,7 @@ struct FreshErrors {
 };
 FreshErrors fresh_errors(const DepthSurface &surface, const MapError &error,
                          const Intrinsics &camera, const KeyframeOptions &options) {
-    constexpr int step = 8;
+    constexpr int step = 16;
     constexpr float mean_absolute = 0.7979f; // of a Gaussian of unit deviation
     const SensorNoise noise = surface.noise();
     float modelled = 0, white = 0;
@@ -46,15 +46,6 @@ FreshErrors fresh_errors(const DepthSurface &surface, const MapError &error,
         }
     const auto pixels = static_cast<float>(std::max(count, 1));
     return {modelled / pixels, white / pixels};
-}
-
-/// Share of the pixels that have depth.
-float fill(DepthView depth) {
-    int filled = 0;
-    for (int v = 0; v < depth.height(); ++v)
-        filled += depth.width() -
-                  static_cast<int>(std::count(depth.row(v), depth.row(v) + depth.width(), 0));
-    return static_cast<float>(filled) / static_cast<float>(depth.width() * depth.height());
 }
 
 } // namespace
@@ -130,12 +121,13 @@ const Estimate &DepthPublication::measured(DepthView depth, const Keyframe &fres
         learn_errors(depth, before);
     else
         local_errors_.clear();
-    composer_.overlay(depth);
+    const auto measured_pixels = static_cast<float>(composer_.overlay(depth));
     enough_ = static_cast<int>(enough_coverage * static_cast<float>(composer_.covered()));
     ever_measured_ = true;
     measured_ns_ = t_ns_;
     measured_from_world_ = from_world;
-    fresh_fill_ = std::max(fill(depth), least_fill);
+    fresh_fill_ =
+        std::max(measured_pixels / static_cast<float>(camera_.width * camera_.height), least_fill);
     const MapError error =
         map_error(fresh.surface, views_, views_.published_from_surface(),
                   Eigen::Matrix<float, 6, 6>::Zero(), options_.error, fresh.calibration_shift);

@@ -162,16 +162,18 @@ TEST_CASE("a measured row replaces what it has and leaves the rest", "[core]") {
         const auto old_depth = depth;
         const auto old_confidence = confidence;
         const Overlaid found = lay_over(measured.row(0), count, depth.row(0), confidence.row(0));
-        int covered = 0;
+        int there_in_all = 0, covered = 0;
         std::int64_t gained = 0;
         for (int u = 0; u < count; ++u) {
             const bool there = measured(u, 0) != 0;
+            there_in_all += there;
             CAPTURE(round, u);
             REQUIRE(depth(u, 0) == (there ? measured(u, 0) : old_depth(u, 0)));
             REQUIRE(confidence(u, 0) == (there ? measured_confidence : old_confidence(u, 0)));
             covered += there && old_depth(u, 0) == 0;
             gained += confidence(u, 0) - old_confidence(u, 0);
         }
+        REQUIRE(found.measured == there_in_all);
         REQUIRE(found.covered == covered);
         REQUIRE(found.gained == gained);
     }
