@@ -22,6 +22,9 @@ constexpr std::array<std::string_view, 10> reason_names{"dark",      "first",   
 
 /// Carrying a map for one image is taken to have added this share of its error, at least.
 constexpr double least_carried = 0.1;
+/// A light that is kept on goes out after so many times the images that waking takes: only a map
+/// that is carried in the dark shows how its error grows.
+constexpr int longest_kept = 8;
 
 } // namespace
 
@@ -67,6 +70,7 @@ bool Gate::wants_light(const Estimate &estimate, bool ready) {
     excess_ += excess_of(estimate.expected_mre);
     last_mre_ = estimate.expected_mre;
     fresh_mre_ = estimate.fresh_mre;
+    lost_ = estimate.wants_measurement;
     tokens_ = std::min(tokens_ + policy_.duty_cycle_budget / 100, policy_.budget_burst);
     if (!ready || policy_.mode == GateMode::off)
         waited_ = -1;
@@ -88,11 +92,13 @@ bool Gate::wants_light(const Estimate &estimate, bool ready) {
 void Gate::measured() {
     if (!kept_)
         latency_ = std::max(waited_, 0);
-    if (since_measurement_ > 1) {
+    // The error of a map that was lost tells nothing of how errors grow.
+    if (since_measurement_ > 1 && !lost_) {
         const double carried = std::max(first_mre_ - fresh_mre_, least_carried * first_mre_);
         const double grown = std::max(last_mre_ - first_mre_, 0.0) / (since_measurement_ - 1);
         growth_ = carried > 0 ? grown / carried : 0;
     }
+    kept_images_ = kept_ ? kept_images_ + since_measurement_ : 0;
     kept_ = !exhausted_ && (policy_.mode == GateMode::always_on ||
                             (policy_.mode == GateMode::automatic && wakes_too_late()));
     since_measurement_ = 0;
@@ -183,7 +189,8 @@ bool Gate::pays_off(double mre, double mre_at_arrival) const {
 /// measure again. A map's error is expected to grow as the last one's that was carried in the dark;
 /// less, if carrying it for one image adds less.
 bool Gate::wakes_too_late() const {
-    if (latency_ == 0 || policy_.shortest_interval_frames > 1)
+    if (latency_ == 0 || policy_.shortest_interval_frames > 1 ||
+        kept_images_ >= longest_kept * latency_)
         return false;
     const double carried = std::max(first_mre_ - fresh_mre_, 0.0);
     const double mre = first_mre_ + latency_ * growth_ * carried;

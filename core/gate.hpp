@@ -110,8 +110,9 @@ private:
     int since_measurement_ = -1; ///< images; -1: never measured
     int waited_ = -1;            ///< images since the light was asked for; -1: it was not
     int latency_ = 0;
-    bool kept_ = false; ///< the light has not gone out since the last measurement
-    double tokens_;     ///< lit frames that the budget allows now
+    bool kept_ = false;   ///< the light was to stay on after the last measurement, and did
+    int kept_images_ = 0; ///< for how many images it has
+    double tokens_;       ///< lit frames that the budget allows now
     bool exhausted_ = false;
     bool requested_ = false;
     GateReason reason_ = GateReason::none;
@@ -121,6 +122,7 @@ private:
     double first_coverage_ = 0; ///< relative, of the same
     double last_mre_ = 0;       ///< expected of the last estimate
     double fresh_mre_ = 0;      ///< and of a measurement then
+    bool lost_ = false;         ///< the last image had no usable estimate
     /// By how much more the error grew from image to image, when last seen, as a share of what
     /// carrying a map for one image adds to a fresh one's.
     double growth_ = 0;

@@ -274,6 +274,29 @@ TEST_CASE("a camera that would wake too late to keep the target stays lit", "[co
     }
 }
 
+TEST_CASE("a light that is kept on goes out now and then, to see how the error grows", "[core]") {
+    Gate gate = gate_after_a_cycle({.target_mre = 2.4}, 3);
+    int kept = 0;
+    for (; gate.keeps_light() && kept < 1000; ++kept) {
+        REQUIRE(gate.wants_light(expecting(1, 100, 0.2)));
+        gate.measured();
+    }
+    CHECK(kept > 20);
+    CHECK(kept < 30);
+    CHECK_FALSE(gate.wants_light(expecting(1, 100, 0.2)));
+}
+
+TEST_CASE("a lost view does not keep the light on afterwards", "[core]") {
+    Gate gate = measured_gate({.target_mre = 2.4, .measurement_price = 0}, 3);
+    gate.wants_light(expecting(1, 100, 0.2));
+    Estimate lost = expecting(100, 0, 0.2);
+    lost.wants_measurement = true;
+    for (int i = 0; i <= 3; ++i)
+        REQUIRE(gate.wants_light(lost));
+    gate.measured();
+    CHECK_FALSE(gate.keeps_light());
+}
+
 TEST_CASE("a camera goes dark where it wakes in time, or light would not help", "[core]") {
     CHECK_FALSE(gate_after_a_cycle({.target_mre = 2.6}, 3).keeps_light());
     CHECK_FALSE(gate_after_a_cycle({.target_mre = 0.9}, 0).keeps_light());
