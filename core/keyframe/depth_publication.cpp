@@ -29,7 +29,7 @@ struct FreshErrors {
 };
 FreshErrors fresh_errors(const DepthSurface &surface, const MapError &error,
                          const Intrinsics &camera, const KeyframeOptions &options) {
-    constexpr int step = 16;
+    constexpr int step = 16;                 // pixels
     constexpr float mean_absolute = 0.7979f; // of a Gaussian of unit deviation
     const SensorNoise noise = surface.noise();
     float modelled = 0, white = 0;

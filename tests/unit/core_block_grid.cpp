@@ -226,6 +226,20 @@ void compare(const MappedTile &tile, ImageView<const float> surface, int least_e
         }
 }
 
+/// Puts a tile's corners on a square at (left, top), each up to `most_moved` pixels beside its
+/// place, with a scale and a shift of its own from depths, metres, to readings, millimetres.
+void place_corners(MappedTile &tile, float left, float top, float most_moved,
+                   std::mt19937 &random) {
+    std::uniform_real_distribution<float> some(-1.0f, 1.0f);
+    for (int i = 0; i < 4; ++i) {
+        MappedCorner &corner = tile.corners[i];
+        corner.u = left + size * static_cast<float>(i & 1) + most_moved * some(random);
+        corner.v = top + size * static_cast<float>(i >> 1) + most_moved * some(random);
+        corner.scale = 1000.0f + 100.0f * some(random);
+        corner.shift = 100.0f * some(random);
+    }
+}
+
 } // namespace
 
 TEST_CASE("a mapped tile shows depths between the corners of even blocks, and nearest points in "
@@ -251,11 +265,9 @@ TEST_CASE("a mapped tile shows depths between the corners of even blocks, and ne
         const bool in_picture = round % 2 == 0;
         const float left = in_picture ? 15 : -5, top = in_picture ? 13 : 45;
         const float most_moved = round % 4 == 0 ? 2 : 5;
-        for (int i = 0; i < 4; ++i)
-            tile.corners[i] = {left + size * static_cast<float>(i & 1) + most_moved * some(random),
-                               top + size * static_cast<float>(i >> 1) + most_moved * some(random),
-                               2.0f + 0.2f * some(random), 1000.0f + 100.0f * some(random),
-                               100.0f * some(random)};
+        place_corners(tile, left, top, most_moved, random);
+        for (MappedCorner &corner : tile.corners)
+            corner.z = 2.0f + 0.2f * some(random);
         CAPTURE(round);
         compare(tile, surface, 1 + round % 3, compared);
     }
@@ -292,11 +304,9 @@ TEST_CASE("a mapped tile whose points are searched for shows those that are seen
         tile.parallax_v = 4 * some(random);
         const bool in_picture = round % 2 == 0;
         const float left = in_picture ? 20 : -5, top = in_picture ? 16 : 45;
-        for (int i = 0; i < 4; ++i)
-            tile.corners[i] = {left + size * static_cast<float>(i & 1) + 3 * some(random),
-                               top + size * static_cast<float>(i >> 1) + 3 * some(random),
-                               1 / tile.inverse_depth, 1000.0f + 100.0f * some(random),
-                               100.0f * some(random)};
+        place_corners(tile, left, top, 3, random);
+        for (MappedCorner &corner : tile.corners)
+            corner.z = 1 / tile.inverse_depth;
         CAPTURE(round);
         compare(tile, surface, 1 + round % 3, compared);
     }
