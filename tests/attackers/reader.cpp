@@ -53,7 +53,7 @@ struct Tally {
     std::uint64_t read = 0;
     std::uint64_t lost = 0;             ///< overwritten before we came
     std::uint64_t lost_unexplained = 0; ///< of those, not by our having no processor
-    std::uint64_t late_unexplained = 0; ///< wake-ups for which half the ring was full, likewise
+    std::uint64_t late_unexplained = 0; ///< wake-ups later than half a ring lasts, likewise
     std::int64_t latest_ns = 0;         ///< the latest wake-up
 };
 
@@ -68,13 +68,15 @@ public:
         slots_ = info.slot_count;
     }
 
-    /// Reads all frames that are there, after a sleep that began at `slept_ns`. The error that
-    /// ended it: -EAGAIN when all is well.
-    int read_all(std::int64_t slept_ns);
+    /// Sleeps until there are frames, a second at most, and reads all of them. The error that ended
+    /// it: -EAGAIN when all is well.
+    int read_all();
     const Tally &tally() const { return tally_; }
 
 private:
     int read_frame(afterglow_frame &frame);
+    /// How long `count` frames last, as those did that were published up to `frame`. Nanoseconds.
+    std::int64_t duration_ns(std::uint32_t count, const afterglow_frame &frame) const;
     /// Whether our own scheduler is why we come so late: for half of the time since the last frame
     /// we were ready to run and did not.
     bool explained() const { return 2 * (held_up_ns() - last_held_up_ns_) >= now_ns() - last_ns_; }
@@ -84,6 +86,8 @@ private:
     std::vector<std::uint8_t> confidence_;
     std::uint32_t slots_ = 0;
     std::uint64_t next_ = 0;
+    std::uint64_t first_ = 0; ///< of the frames read
+    std::int64_t first_published_ns_ = 0;
     std::int64_t last_ns_ = 0; ///< when the last frame had been read; 0: none yet
     std::int64_t last_held_up_ns_ = 0;
     Tally tally_;
@@ -108,20 +112,37 @@ int Reader::read_frame(afterglow_frame &frame) {
     return error;
 }
 
-int Reader::read_all(std::int64_t slept_ns) {
+std::int64_t Reader::duration_ns(std::uint32_t count, const afterglow_frame &frame) const {
+    return count * (frame.published_ns - first_published_ns_) /
+           static_cast<std::int64_t>(frame.index - first_);
+}
+
+int Reader::read_all() {
+    const std::int64_t slept_ns = now_ns();
+    const std::int64_t held_up_before = held_up_ns();
+    int error = afterglow_wait(stream_, 1000);
+    // Looked at also after a second without a wake-up: it may have been lost.
+    if (error != 0 && error != -ETIMEDOUT)
+        return error;
     const std::int64_t woken_ns = now_ns();
-    const bool excused = last_ns_ == 0 || explained();
-    for (std::uint32_t count = 0;; ++count) {
+    const std::int64_t held_up = held_up_ns() - held_up_before;
+    for (bool first = true;; first = false) {
         afterglow_frame frame;
-        const int error = read_frame(frame);
-        if (error != 0) {
-            if (2 * count > slots_ && !excused)
-                ++tally_.late_unexplained;
+        const bool any_before = last_ns_ != 0;
+        error = read_frame(frame);
+        if (error != 0)
             return error;
+        if (!any_before) {
+            first_ = frame.index;
+            first_published_ns_ = frame.published_ns;
+        } else if (first) {
+            const std::int64_t late_ns = woken_ns - std::max(frame.published_ns, slept_ns);
+            tally_.latest_ns = std::max(tally_.latest_ns, late_ns);
+            // Those of a daemon that was held up itself come fast after one another: many in the
+            // ring say nothing of the wake-up.
+            if (late_ns > duration_ns(slots_ / 2, frame) && 2 * held_up < late_ns)
+                ++tally_.late_unexplained;
         }
-        if (count == 0)
-            tally_.latest_ns =
-                std::max(tally_.latest_ns, woken_ns - std::max(frame.published_ns, slept_ns));
         ++tally_.read;
         next_ = frame.index + 1;
         std::printf("%" PRIu64 " %016" PRIx64 "\n", frame.index, hash(depth_, confidence_));
@@ -131,13 +152,9 @@ int Reader::read_all(std::int64_t slept_ns) {
 }
 
 /// Until SIGTERM or an error, which is given back.
-int read_until_told(afterglow_stream *stream, Reader &reader) {
+int read_until_told(Reader &reader) {
     while (!asked_to_end) {
-        const std::int64_t slept_ns = now_ns();
-        int error = afterglow_wait(stream, 1000);
-        // Looked at also after a second without a wake-up: it may have been lost.
-        if (error == 0 || error == -ETIMEDOUT)
-            error = reader.read_all(slept_ns);
+        const int error = reader.read_all();
         if (error != -EAGAIN && error != -EINTR)
             return error;
     }
@@ -163,7 +180,7 @@ int reader(const std::string &from) {
     }
     Reader reader(stream);
     say("ready");
-    error = read_until_told(stream, reader);
+    error = read_until_told(reader);
     afterglow_close(stream);
     const Tally &tally = reader.tally();
     std::printf("read %" PRIu64 " lost %" PRIu64 " unexplained %" PRIu64 " late %" PRIu64
