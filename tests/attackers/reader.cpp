@@ -75,7 +75,8 @@ public:
 
 private:
     int read_frame(afterglow_frame &frame);
-    /// How long `count` frames last, as those did that were published up to `frame`. Nanoseconds.
+    /// The time in which `count` frames are published, at the mean rate from the first frame read
+    /// to `frame`. Nanoseconds.
     std::int64_t duration_ns(std::uint32_t count, const afterglow_frame &frame) const;
     /// Whether our own scheduler is why we come so late: for half of the time since the last frame
     /// we were ready to run and did not.
@@ -138,8 +139,8 @@ int Reader::read_all() {
         } else if (first) {
             const std::int64_t late_ns = woken_ns - std::max(frame.published_ns, slept_ns);
             tally_.latest_ns = std::max(tally_.latest_ns, late_ns);
-            // Those of a daemon that was held up itself come fast after one another: many in the
-            // ring say nothing of the wake-up.
+            // The delay is judged, not the number of frames in the ring: a daemon that had no
+            // processor for a while publishes several frames at once afterwards.
             if (late_ns > duration_ns(slots_ / 2, frame) && 2 * held_up < late_ns)
                 ++tally_.late_unexplained;
         }
