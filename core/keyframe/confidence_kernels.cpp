@@ -18,10 +18,15 @@ namespace {
 namespace hn = hwy::HWY_NAMESPACE;
 
 std::uint32_t look_up_singly(const std::uint16_t *depth, const std::uint8_t *classes, int count,
-                             const std::uint8_t *table, std::uint8_t *confidence) {
+                             const Confidences &of, std::uint8_t *confidence) {
     std::uint32_t sum = 0;
     for (int i = 0; i < count; ++i) {
-        confidence[i] = depth[i] == 0 ? 0 : table[place_in_table(classes[i], depth_bin(depth[i]))];
+        const std::uint8_t found = depth[i] == 0
+                                       ? no_confidence
+                                       : of.table[place_in_table(classes[i], depth_bin(depth[i]))];
+        const int least = std::min(found, unknown_confidence);
+        confidence[i] =
+            static_cast<std::uint8_t>(std::max(std::min(found, of.most) - of.less, least));
         sum += confidence[i];
     }
     return sum;
@@ -31,36 +36,42 @@ std::uint32_t look_up_singly(const std::uint16_t *depth, const std::uint8_t *cla
 constexpr int run = 1;
 class RunLookUp {
 public:
-    RunLookUp(const std::uint8_t *table, int /*bin*/) : table_(table) {}
+    RunLookUp(const Confidences &of, int /*bin*/) : of_(of) {}
     void operator()(const std::uint16_t *depth, const std::uint8_t *classes,
                     std::uint8_t *confidence) {
-        sum_ += look_up_singly(depth, classes, run, table_, confidence);
+        sum_ += look_up_singly(depth, classes, run, of_, confidence);
     }
     std::uint32_t sum() const { return sum_; }
 
 private:
-    const std::uint8_t *table_;
+    const Confidences of_;
     std::uint32_t sum_ = 0;
 };
-DepthExtent range_of_row(const std::uint16_t *depth, int count, DepthExtent range) {
-    for (int i = 0; i < count; ++i)
-        if (depth[i] != 0) {
-            range.nearest = std::min<std::uint16_t>(range.nearest, depth[i] - 1);
-            range.farthest = std::max(range.farthest, depth[i]);
-        }
-    return range;
-}
 #else
 /// So many pixels at once: a table of two bins has as many bytes.
 constexpr int run = 2 * class_layer;
 using Classes = hn::CappedTag<std::uint8_t, run>;
 using Depths = hn::CappedTag<std::uint16_t, run / 2>;
 
+/// Masks of the pixels of a run, in bytes.
+template <class M>
+HWY_API hn::Vec<Classes> narrowed(M left, M right) {
+    const Depths d;
+    const hn::RebindToSigned<Depths> di;
+    const hn::Half<Classes> half;
+    const hn::RebindToSigned<decltype(half)> half_signed;
+    const auto bytes = [&](M mask) HWY_ATTR {
+        const auto words = hn::BitCast(di, hn::VecFromMask(d, mask));
+        return hn::BitCast(half, hn::DemoteTo(half_signed, words));
+    };
+    return hn::Combine(Classes(), bytes(right), bytes(left));
+}
+
 /// Looks up runs of pixels. It tries first the two bins of the run before, which most runs are in.
 class RunLookUp {
 public:
     /// `bin`: where to begin.
-    RunLookUp(const std::uint8_t *table, int bin) : table_(table) { go_to(bin); }
+    RunLookUp(const Confidences &of, int bin) : of_(of) { go_to(bin); }
 
     void operator()(const std::uint16_t *depth, const std::uint8_t *classes,
                     std::uint8_t *confidence) {
@@ -68,18 +79,23 @@ public:
         const Depths d;
         const auto left = hn::LoadU(d, depth), right = hn::LoadU(d, depth + run / 2);
         const auto of = hn::LoadU(d8, classes);
-        // Without depth the class is 0, for which all bins have 0.
-        const auto left_done = hn::Or(in_bins(left), hn::Eq(left, hn::Zero(d)));
-        const auto right_done = hn::Or(in_bins(right), hn::Eq(right, hn::Zero(d)));
-        const auto in_layer = hn::Lt(of, hn::Set(d8, class_layer));
-        const auto all = hn::And(hn::VecFromMask(d, hn::And(left_done, right_done)),
-                                 hn::BitCast(d, hn::VecFromMask(d8, in_layer)));
-        if (hn::AllTrue(d, hn::Eq(all, hn::Set(d, 0xffff))))
+        // Without depth the class is 0, for which all bins have 0; less one it is the farthest.
+        const auto one = hn::Set(d, 1);
+        const auto nearest = hn::Min(hn::Sub(left, one), hn::Sub(right, one));
+        const auto before = hn::SaturatedSub(hn::Set(d, before_bins_), nearest);
+        const auto beyond = hn::SaturatedSub(hn::Max(left, right), hn::Set(d, last_of_bins_));
+        const auto layer = hn::And(of, hn::Set(d8, 0xff - (class_layer - 1)));
+        const auto elsewhere = hn::Or(hn::Or(before, beyond), hn::BitCast(d, layer));
+        const auto none = hn::Zero(d);
+        if (hn::AllTrue(d, hn::Eq(elsewhere, none)))
             put(found(left, right, of), confidence);
-        else if (hn::AllTrue(d8, in_layer))
-            look_up_all(left, right, of, narrowed(left_done, right_done), confidence);
+        else if (hn::AllTrue(d8, hn::Eq(layer, hn::Zero(d8))))
+            look_up_all(left, right, of,
+                        narrowed(hn::Or(in_bins(left), hn::Eq(left, none)),
+                                 hn::Or(in_bins(right), hn::Eq(right, none))),
+                        confidence);
         else
-            singly_ += look_up_singly(depth, classes, run, table_, confidence);
+            singly_ += look_up_singly(depth, classes, run, of_, confidence);
     }
     /// Of all confidences.
     std::uint32_t sum() const {
@@ -91,28 +107,21 @@ private:
 
     void go_to(int bin) {
         bin_ = std::min(bin, depth_bins - 2);
-        first_of_bins_ = static_cast<std::uint16_t>(first_of_bin(bin_));
+        before_bins_ = static_cast<std::uint16_t>(first_of_bin(bin_) - 1);
         last_of_bin_ = static_cast<std::uint16_t>(first_of_bin(bin_ + 1) - 1);
-        most_beyond_ = static_cast<std::uint16_t>(first_of_bin(bin_ + 2) - 1 - first_of_bins_);
-    }
-    template <class M>
-    static hn::Vec<Classes> narrowed(M left, M right) {
-        const Depths d;
-        const hn::RebindToSigned<Depths> di;
-        const hn::Half<Classes> half;
-        const hn::RebindToSigned<decltype(half)> half_signed;
-        const auto bytes = [&](M mask) HWY_ATTR {
-            const auto words = hn::BitCast(di, hn::VecFromMask(d, mask));
-            return hn::BitCast(half, hn::DemoteTo(half_signed, words));
-        };
-        return hn::Combine(Classes(), bytes(right), bytes(left));
+        last_of_bins_ = static_cast<std::uint16_t>(first_of_bin(bin_ + 2) - 1);
+        const Classes d8;
+        const auto found = hn::LoadU(d8, of_.table + place_in_table(0, bin_));
+        const auto least = hn::Min(found, hn::Set(d8, unknown_confidence));
+        const auto lowered =
+            hn::SaturatedSub(hn::Min(found, hn::Set(d8, of_.most)), hn::Set(d8, of_.less));
+        confidences_ = hn::Max(lowered, least);
     }
     template <class V>
     hn::Mask<Depths> in_bins(V depths) const {
         const Depths d;
-        const auto beyond =
-            hn::Sub(depths, hn::Set(d, first_of_bins_)); // nearer depths wrap around
-        return hn::Eq(hn::Min(beyond, hn::Set(d, most_beyond_)), beyond);
+        return hn::And(hn::Gt(depths, hn::Set(d, before_bins_)),
+                       hn::Eq(hn::Min(depths, hn::Set(d, last_of_bins_)), depths));
     }
     /// Confidences of those that are in the bins, of the first layer; of others they are anything.
     template <class V, class V8>
@@ -123,7 +132,7 @@ private:
                                  HWY_ATTR { return hn::Gt(depths, hn::Set(d, last_of_bin_)); };
         const auto in_next = narrowed(is_next(left), is_next(right));
         const auto place = hn::Or(of, hn::And(in_next, hn::Set(d8, class_layer)));
-        return hn::TableLookupBytes(hn::LoadU(d8, table_ + place_in_table(0, bin_)), place);
+        return hn::TableLookupBytes(confidences_, place);
     }
     template <class V8>
     void put(V8 confidences, std::uint8_t *to) {
@@ -154,47 +163,22 @@ private:
         put(all, confidence);
     }
 
-    const std::uint8_t *table_;
+    const Confidences of_;
     int bin_;
-    std::uint16_t first_of_bins_; ///< the least depth in both bins, millimetres
-    std::uint16_t last_of_bin_;   ///< the greatest one in the first bin, millimetres
-    std::uint16_t most_beyond_;   ///< how much more the greatest one is, millimetres
+    std::uint16_t before_bins_;    ///< one less than the least depth in both bins, millimetres
+    std::uint16_t last_of_bin_;    ///< the greatest one in the first bin, millimetres
+    std::uint16_t last_of_bins_;   ///< the greatest one in both, millimetres
+    hn::Vec<Classes> confidences_; ///< of both bins
     hn::Vec<Sums> sums_ = hn::Zero(Sums());
     std::uint32_t singly_ = 0;
 };
 
-/// With what is known of other rows; `nearest` less one.
-DepthExtent range_of_row(const std::uint16_t *depth, int count, DepthExtent range) {
-    const Depths d;
-    const auto one = hn::Set(d, 1);
-    auto near = hn::Set(d, range.nearest), far = hn::Set(d, range.farthest);
-    int i = 0;
-    for (; i + run / 2 <= count; i += run / 2) {
-        const auto at = hn::LoadU(d, depth + i);
-        near = hn::Min(near, hn::Sub(at, one));
-        far = hn::Max(far, at);
-    }
-    range = {hn::GetLane(hn::MinOfLanes(d, near)), hn::GetLane(hn::MaxOfLanes(d, far))};
-    for (; i < count; ++i) {
-        range.nearest = std::min(range.nearest, static_cast<std::uint16_t>(depth[i] - 1));
-        range.farthest = std::max(range.farthest, depth[i]);
-    }
-    return range;
-}
 #endif
 
-DepthExtent range_of(ImageView<const std::uint16_t> depth) {
-    DepthExtent range = {0xffff, 0};
-    for (int v = 0; v < depth.height(); ++v)
-        range = range_of_row(depth.row(v), depth.width(), range);
-    range.nearest = static_cast<std::uint16_t>(range.nearest + 1);
-    return range;
-}
-
-std::uint32_t look_up(const JudgedPixels &pixels, const std::uint8_t *table, int first_bin,
+std::uint32_t look_up(const JudgedPixels &pixels, const Confidences &of, int first_bin,
                       ImageView<std::uint8_t> confidence) {
     std::uint32_t sum = 0;
-    RunLookUp look_up_run(table, first_bin);
+    RunLookUp look_up_run(of, first_bin);
     int u = 0;
     for (; u + run <= confidence.width(); u += run) {
         const std::uint16_t *depth = pixels.depth.data() + u;
@@ -209,7 +193,7 @@ std::uint32_t look_up(const JudgedPixels &pixels, const std::uint8_t *table, int
     }
     for (int v = 0; v < confidence.height(); ++v)
         sum += look_up_singly(pixels.depth.row(v) + u, pixels.classes.row(v) + u,
-                              confidence.width() - u, table, confidence.row(v) + u);
+                              confidence.width() - u, of, confidence.row(v) + u);
     return sum + look_up_run.sum();
 }
 
@@ -280,26 +264,28 @@ Overlaid overlay(const std::uint16_t *HWY_RESTRICT measured, int count,
     int u = 0;
 #if HWY_TARGET != HWY_SCALAR
     const Depths d;
-    const hn::RebindToSigned<Depths> di;
-    const hn::Half<Classes> d8;
-    const hn::RebindToSigned<decltype(d8)> d8i;
-    const hn::Repartition<std::uint64_t, decltype(d8)> sums;
-    const auto surely = hn::Set(d8, measured_confidence);
+    const Classes d8;
+    const hn::Repartition<std::uint64_t, Classes> sums;
+    const auto none = hn::Zero(d);
     auto gained = hn::Zero(sums);
-    auto covered = hn::Zero(d), missing = covered;
-    for (; u + run / 2 <= count; u += run / 2) {
-        const auto in = hn::LoadU(d, measured + u), was = hn::LoadU(d, depth + u);
-        const auto none = hn::Zero(d);
+    auto covered = none, missing = none;
+    // Measures the pixels from `at` on; returns where nothing is measured.
+    const auto measure = [&](int at) HWY_ATTR {
+        const auto in = hn::LoadU(d, measured + at), was = hn::LoadU(d, depth + at);
         const auto nothing = hn::VecFromMask(d, hn::Eq(in, none));
         missing = hn::Sub(missing, nothing);
-        hn::StoreU(hn::Or(in, hn::And(nothing, was)), d, depth + u);
-        const auto new_ones = hn::AndNot(nothing, hn::VecFromMask(d, hn::Eq(was, none)));
-        covered = hn::Sub(covered, new_ones);
-        const auto there = hn::Not(hn::BitCast(d8, hn::DemoteTo(d8i, hn::BitCast(di, nothing))));
+        hn::StoreU(hn::Or(in, hn::And(nothing, was)), d, depth + at);
+        covered = hn::Sub(covered, hn::AndNot(nothing, hn::VecFromMask(d, hn::Eq(was, none))));
+        return hn::MaskFromVec(nothing);
+    };
+    for (; u + run <= count; u += run) {
+        const auto left = measure(u), right = measure(u + run / 2);
+        const auto nothing = narrowed(left, right);
         const auto before = hn::LoadU(d8, confidence + u);
-        gained = hn::Add(gained, hn::SumsOf8(hn::AndNot(before, there)));
-        hn::StoreU(hn::Or(before, hn::And(there, surely)), d8, confidence + u);
+        gained = hn::Add(gained, hn::SumsOf8(hn::Not(hn::Or(before, nothing))));
+        hn::StoreU(hn::Or(before, hn::Not(nothing)), d8, confidence + u);
     }
+    static_assert(measured_confidence == 0xff);
     found.gained = static_cast<std::int64_t>(hn::GetLane(hn::SumOfLanes(sums, gained)));
     found.covered = static_cast<int>(hn::GetLane(hn::SumOfLanes(d, covered)));
     found.measured = u - static_cast<int>(hn::GetLane(hn::SumOfLanes(d, missing)));
@@ -324,20 +310,15 @@ HWY_AFTER_NAMESPACE();
 namespace afterglow {
 namespace {
 
-HWY_EXPORT(range_of);
 HWY_EXPORT(look_up);
 HWY_EXPORT(compare);
 HWY_EXPORT(overlay);
 
 } // namespace
 
-DepthExtent depth_extent(ImageView<const std::uint16_t> depth) {
-    return HWY_DYNAMIC_DISPATCH(range_of)(depth);
-}
-
-std::uint32_t look_up_confidences(const JudgedPixels &pixels, const std::uint8_t *table,
-                                  int first_bin, ImageView<std::uint8_t> confidence) {
-    return HWY_DYNAMIC_DISPATCH(look_up)(pixels, table, first_bin, confidence);
+std::uint32_t look_up_confidences(const JudgedPixels &pixels, const Confidences &of, int first_bin,
+                                  ImageView<std::uint8_t> confidence) {
+    return HWY_DYNAMIC_DISPATCH(look_up)(pixels, of, first_bin, confidence);
 }
 
 ComparedErrors compare_errors(const ComparedPixels &pixels, float misplaced) {

@@ -35,22 +35,21 @@ constexpr int place_in_table(int pixel_class, int bin) {
     return (layer * depth_bins + bin) * class_layer + pixel_class % class_layer;
 }
 
-/// Least and greatest depth of the pixels that have any, millimetres; both 0 if none has.
-struct DepthExtent {
-    std::uint16_t nearest, farthest;
-};
-DepthExtent depth_extent(ImageView<const std::uint16_t> depth);
-
 /// Pixels that are given a confidence by their depth (millimetres, 0 = none) and class.
 struct JudgedPixels {
     ImageView<const std::uint16_t> depth;
     ImageView<const std::uint8_t> classes;
 };
-/// Looks up the confidences of the pixels that have depth in `table`, of which the bins in their
-/// range of depths are read, and at least two, beginning with `first_bin` and the next; others get
-/// none, their class is 0. Returns the sum of the confidences. Real-time safe.
-std::uint32_t look_up_confidences(const JudgedPixels &pixels, const std::uint8_t *table,
-                                  int first_bin, ImageView<std::uint8_t> confidence);
+/// Confidences by class and bin (place_in_table()), but `most` at most, and then `less` lower;
+/// unknown_confidence at least, where the table has any.
+struct Confidences {
+    const std::uint8_t *table; ///< 0 for class 0
+    std::uint8_t most, less;
+};
+/// Looks up the confidences of the pixels that have depth, beginning with `first_bin` and the next;
+/// others get none, their class is 0. Returns the sum of the confidences. Real-time safe.
+std::uint32_t look_up_confidences(const JudgedPixels &pixels, const Confidences &of, int first_bin,
+                                  ImageView<std::uint8_t> confidence);
 
 /// Pixels of a composed map (millimetres, 0 = none) with their confidences, and the same pixels
 /// measured.

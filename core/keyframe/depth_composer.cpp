@@ -311,39 +311,13 @@ bool DepthComposer::find_doubts(const Doubts &doubts) {
 std::uint32_t DepthComposer::judge_cell(int x, int y, const ConfidenceTable &table) {
     const auto depth = cell_of(depth_.view(), x, y);
     const Cell &cell = cells_(x, y);
-    const bool lowers = cell.most != measured_confidence || cell.local >= confidence_step;
-    ConfidenceTable lowered;
-    std::uint16_t any = depth(depth.width() / 2, depth.height() / 2);
-    if (lowers) {
-        const DepthExtent range = depth_extent(depth);
-        lower(cell, range, table, lowered);
-        any = range.nearest;
-    }
+    // The expected error is linear in the confidence; less than a step of it is left out.
+    const float steps = std::min(cell.local / confidence_step, 254.0f);
+    const float less = steps < 1 ? 0 : std::ceil(steps);
+    const std::uint16_t middle = depth(depth.width() / 2, depth.height() / 2);
     return look_up_confidences({depth, cell_of(classes_.view(), x, y)},
-                               (lowers ? lowered : table).data(), depth_bin(any),
-                               cell_of(confidence_.view(), x, y));
-}
-
-/// The part of `table` that the depths of a cell need, with its doubts.
-void DepthComposer::lower(const Cell &cell, const DepthExtent &range, const ConfidenceTable &table,
-                          ConfidenceTable &lowered) const {
-    std::array<std::uint8_t, 256> known{}; // 0: not yet worked out
-    // Runs of pixels look up two bins at least.
-    const int first = std::min(depth_bin(range.nearest), depth_bins - 2);
-    const int last = std::max(depth_bin(range.farthest), first + 1);
-    for (int l = 0; l < layer_count_; ++l) {
-        const auto begin = static_cast<std::size_t>(place_in_table(l * class_layer, first));
-        const auto end = static_cast<std::size_t>(place_in_table(l * class_layer, last + 1));
-        for (std::size_t i = begin; i < end; ++i) {
-            std::uint8_t &found = known[table[i]];
-            if (found == 0 && table[i] != no_confidence) {
-                found = std::min(table[i], cell.most);
-                if (cell.local >= confidence_step)
-                    found = estimated_confidence(expected_error(found) + cell.local);
-            }
-            lowered[i] = found;
-        }
-    }
+                               {table.data(), cell.most, static_cast<std::uint8_t>(less)},
+                               depth_bin(middle), cell_of(confidence_.view(), x, y));
 }
 
 ImageView<const ComparedErrors> DepthComposer::compare(DepthView measured) {

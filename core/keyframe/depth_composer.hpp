@@ -107,8 +107,6 @@ private:
     void displace_run(int left, int right, int top, int bottom, const ResidualFlow::Shift &shift);
     void restore();
     ConfidenceTable confidences(const ErrorScales &scales) const;
-    void lower(const Cell &cell, const DepthExtent &range, const ConfidenceTable &table,
-               ConfidenceTable &lowered) const;
     bool find_doubts(const Doubts &doubts);
     /// Sum of the confidences of a cell's pixels.
     std::uint32_t judge_cell(int x, int y, const ConfidenceTable &table);

@@ -71,49 +71,25 @@ TEST_CASE("confidences are looked up alike in vectors and one by one", "[core]")
             if (depth.pixels()[i] != 0)
                 classes.pixels()[i] = static_cast<std::uint8_t>(
                     random() % most_layers * class_layer + 1 + random() % (class_layer - 1));
-        // Bins out of the range are not looked at, not even for pixels without depth.
-        const DepthExtent range = depth_extent(depth);
-        std::vector<std::uint8_t> in_range(table.size(), 77);
-        const int first = std::min(depth_bin(range.nearest), depth_bins - 2);
-        for (int bin = first; bin <= std::max(depth_bin(range.farthest), first + 1); ++bin)
-            for (int of = 0; of < layers * class_layer; ++of) {
-                const auto place = static_cast<std::size_t>(place_in_table(of, bin));
-                in_range[place] = table[place];
-            }
-        const std::uint32_t sum = look_up_confidences(
-            {depth, classes}, in_range.data(),
-            depth_bin(round % 2 == 0 ? range.nearest : range.farthest), confidence);
+        const std::uint8_t most = round % 4 == 1 ? 100 : measured_confidence;
+        const auto less = static_cast<std::uint8_t>(round % 4 > 1 ? random() % 255 : 0);
+        const int first_bin = depth_bin(depth.pixels()[depth.pixels().size() / 2]);
+        const std::uint32_t sum = look_up_confidences({depth, classes}, {table.data(), most, less},
+                                                      first_bin, confidence);
         std::uint32_t expected_sum = 0;
         for (std::size_t i = 0; i < depth.pixels().size(); ++i) {
             const std::uint16_t mm = depth.pixels()[i];
             const int place = place_in_table(classes.pixels()[i], bin_of(mm));
-            const int expected = mm == 0 ? 0 : table[static_cast<std::size_t>(place)];
-            CAPTURE(round, i, mm);
+            const int in_table = table[static_cast<std::size_t>(place)];
+            const int expected =
+                mm == 0 ? no_confidence
+                        : std::max<int>(std::min<int>(in_table, most) - less, unknown_confidence);
+            CAPTURE(round, i, mm, in_table, most, less);
             REQUIRE(confidence.pixels()[i] == expected);
             expected_sum += static_cast<std::uint32_t>(expected);
         }
         REQUIRE(sum == expected_sum);
     }
-}
-
-TEST_CASE("the extent of depths leaves holes out", "[core]") {
-    AFTERGLOW_ON_EACH_INSTRUCTION_SET();
-    std::mt19937 random(2);
-    for (int round = 0; round < 100; ++round) {
-        const int width = 1 + static_cast<int>(random() % 40);
-        const auto depth = some_depths(random, width, 2, 3000);
-        std::uint16_t nearest = 0, farthest = 0;
-        for (const std::uint16_t mm : depth.pixels())
-            if (mm != 0) {
-                nearest = nearest == 0 ? mm : std::min(nearest, mm);
-                farthest = std::max(farthest, mm);
-            }
-        const DepthExtent found = depth_extent(depth);
-        REQUIRE(found.nearest == nearest);
-        REQUIRE(found.farthest == farthest);
-    }
-    const DepthExtent none = depth_extent(DepthMap(40, 3));
-    CHECK((none.nearest == 0 && none.farthest == 0));
 }
 
 TEST_CASE("a map's errors are compared alike in vectors and one by one", "[core]") {
