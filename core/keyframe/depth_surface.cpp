@@ -20,8 +20,7 @@ DepthSurface::DepthSurface(const Intrinsics &camera, const SurfaceOptions &optio
       distance_(camera.width, camera.height, std::uint8_t{far_from_edge}),
       bend_(static_cast<std::size_t>(camera.width)),
       flags_(static_cast<std::size_t>(camera.width) + sizeof(std::uint64_t)),
-      inside_(static_cast<std::size_t>(camera.width) * (2 * widest_crack_px + 1)),
-      pieces_(camera.width, camera.height) {
+      inside_(camera.width, camera.height), pieces_(camera.width, camera.height) {
     for (std::vector<std::int16_t> &steps : steps_)
         steps.resize(static_cast<std::size_t>(camera.width) + 2 * row_slack);
 }
@@ -45,34 +44,20 @@ void DepthSurface::finish() {
     pieces_.find(smooth_);
 }
 
-/// Of the last few rows that find_inside() was called for.
-std::uint8_t *DepthSurface::inside_row(int v) {
-    constexpr int rows = 2 * widest_crack_px + 1;
-    return inside_.data() + (v % rows) * smooth_.width();
-}
-
-/// 1 where a pixel of row v has a reading that is not on an edge.
-void DepthSurface::find_inside(int v) {
-    std::uint8_t *const inside = inside_row(v);
-    const UnitDepth *const z = raw_.row(v);
-    const std::uint8_t *const distance = distance_.row(v);
-    const int count = smooth_.width();
-    for (int u = 0; u < count; ++u) // the compiler makes vector code of it
-        inside[u] = static_cast<std::uint8_t>((z[u] != 0) & (distance[u] > 1));
-}
-
 /// Holes of the map and readings on an edge become part of the surface that is on two opposite
 /// sides of them: most of such edges are noise.
 void DepthSurface::fill_cracks() {
     constexpr int reach = widest_crack_px;
-    const int count = smooth_.width() - 2 * reach, end_row = smooth_.height() - reach;
-    if (count <= 0)
-        return;
-    for (int v = 0; v < std::min(2 * reach, end_row); ++v)
-        find_inside(v);
-    for (int v = reach; v < end_row; ++v) {
-        find_inside(v + reach);
-        const auto row = [&](int below) { return inside_row(v + below) + reach; };
+    const int w = smooth_.width(), h = smooth_.height(), count = w - 2 * reach;
+    for (int v = 0; v < h; ++v) {
+        const UnitDepth *const z = raw_.row(v);
+        const std::uint8_t *const distance = distance_.row(v);
+        std::uint8_t *const inside = inside_.row(v);
+        for (int u = 0; u < w; ++u) // the compiler makes vector code of it
+            inside[u] = static_cast<std::uint8_t>((z[u] != 0) & (distance[u] > 1));
+    }
+    for (int v = reach; v < h - reach && count > 0; ++v) {
+        const auto row = [&](int below) { return inside_.row(v + below) + reach; };
         find_cracks({row(-2), row(-1), row(0), row(1), row(2)}, count, flags_.data());
         const std::uint8_t *const end = flags_.data() + count;
         for (const std::uint8_t *flag = flags_.data();; ++flag) {
@@ -90,14 +75,13 @@ void DepthSurface::fill_cracks() {
 /// What becomes of a point between others that are inside a surface; 0 where it is not the same
 /// surface on both sides.
 float DepthSurface::crack_depth(int u, int v) const {
-    const UnitDepth *const raw = raw_.row(v) + u;
-    const std::uint8_t *const distance = distance_.row(v) + u;
+    const std::uint8_t *const inside = inside_.row(v) + u;
     const float *const z = smooth_.row(v) + u;
     float sum = 0;
     int pairs = 0;
     for_each_pair_across(
         smooth_.width(), options_.crack_px,
-        [&](std::ptrdiff_t offset) { return raw[offset] != 0 && distance[offset] > 1; },
+        [&](std::ptrdiff_t offset) { return inside[offset] != 0; },
         [&](std::ptrdiff_t before, std::ptrdiff_t after, float share) {
             if (std::abs(z[before] - z[after]) > edge_step(std::min(z[before], z[after])))
                 return;
@@ -237,8 +221,9 @@ void DepthSurface::mark(int u, int v, int du, int dv) {
         if (there == 0)
             continue;
         const float a = metres(here), b = metres(there);
-        if (std::abs(a - b) >
-            edge_step(std::min(a, b)) * (1.0f + 0.5f * static_cast<float>(k - 1))) {
+        // Neighbours have been compared already.
+        if (k == 1 || std::abs(a - b) >
+                          edge_step(std::min(a, b)) * (1.0f + 0.5f * static_cast<float>(k - 1))) {
             mark_edge(u, v);
             mark_edge(x, y);
             // A step can cost a pixel no more than its whole depth.

@@ -91,8 +91,6 @@ private:
     void mark(int u, int v, int du, int dv);
     void mark_edge(int u, int v);
     void grow_distance();
-    std::uint8_t *inside_row(int v);
-    void find_inside(int v);
     void fill_cracks();
     float crack_depth(int u, int v) const;
 
@@ -109,7 +107,7 @@ private:
     std::vector<std::int16_t> bend_;                 ///< of columns, ReadingRow::by_column
     std::vector<std::uint8_t> flags_;                ///< of one row, and some that stay 0
     std::array<std::vector<std::int16_t>, 2> steps_; ///< of a row and the next
-    std::vector<std::uint8_t> inside_;               ///< of a few rows
+    Image<std::uint8_t> inside_;                     ///< 1 where a reading is not on an edge
     SurfacePieces pieces_;
     float fill_ = 0, variation_ = 0, edge_jump_ = 0, slope_ = 0;
     float jump_sum_ = 0;

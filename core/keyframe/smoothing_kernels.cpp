@@ -73,17 +73,6 @@ HWY_API void store(D d, V value, int count, hn::TFromD<D> *HWY_RESTRICT to) {
     std::copy_n(all.begin(), std::max(count, 0), to);
 }
 
-/// The first `count` edge distances, pixels, of a vector.
-template <class D>
-HWY_API hn::Vec<D> load_edges(D d, const std::uint8_t *HWY_RESTRICT from, int count) {
-    constexpr int size = static_cast<int>(hn::MaxLanes(D()));
-    if (count >= size)
-        return hn::LoadU(d, from);
-    std::array<std::uint8_t, size> some{};
-    std::copy_n(from, count, some.begin());
-    return hn::LoadU(d, some.data());
-}
-
 void smooth(const SmoothedRow &row, const SixSigmaFactors &factors, const DepthUnits &units,
             float *HWY_RESTRICT out) {
     const SmoothedRow in = row; // a copy, which nothing written here can change
@@ -131,8 +120,8 @@ HWY_API auto shifted_back(V z) {
     return hn::BitCast(Units(), hn::Add(z, hn::Set(Shifted(), 1)));
 }
 
-/// Of the opposite readings one and two steps away from a reading z, those whose mean is within
-/// 3 sigma of z: the sum of (mean - z), quarters of a unit, and -1 where both pairs count. The mean
+/// Of the opposite readings one and two steps away from a reading z, those whose mean is within a
+/// limit of z: the sum of (mean - z), quarters of a unit, and -1 where both pairs count. The mean
 /// of z and of n such pairs is z + 2 / (2 n + 1) times the sum: a sixth of the quarters for one
 /// pair, a tenth for two.
 template <class V>
@@ -140,10 +129,9 @@ struct TwoMeans {
     V quarters, both;
 };
 template <class V, class VS, class Load>
-HWY_API TwoMeans<V> two_means(V z, VS shifted_z, const SixSigmas &six_sigmas, const Load &load) {
+HWY_API TwoMeans<V> two_means(VS shifted_z, V limit, const Load &load) {
     const Units d;
     const Shifted ds;
-    const auto limit = hn::ShiftRight<1>(limit_of(z, six_sigmas)); // of a mean, 3 sigma
     const auto most = hn::BitCast(ds, limit), range = hn::BitCast(ds, hn::Add(limit, limit));
     auto sum = hn::Zero(d), count = sum;
     const auto add = [&](int steps) HWY_ATTR {
@@ -161,60 +149,68 @@ HWY_API TwoMeans<V> two_means(V z, VS shifted_z, const SixSigmas &six_sigmas, co
             hn::VecFromMask(d, hn::Gt(count, hn::Set(d, 1)))};
 }
 
-void smooth_across(const UnitDepth *HWY_RESTRICT z, int count, const SixSigmaFactors &factors,
-                   std::uint16_t *HWY_RESTRICT out) {
+/// The mean of z and of the pairs that count.
+template <class V, class VS>
+HWY_API VS mean_of(VS shifted_z, const TwoMeans<V> &means) {
     const Units d;
-    const SixSigmas six_sigmas(factors);
     const auto sixth = hn::Set(d, 5461), tenth = hn::Set(d, 3277);
-    for (int i = 0; i < count; i += lanes) {
-        const auto here = hn::LoadU(d, z + i);
-        const auto shifted_here = shifted(here);
-        const auto [quarters, both] =
-            two_means(here, shifted_here, six_sigmas,
-                      [&](int steps) HWY_ATTR { return shifted(hn::LoadU(d, z + i + steps)); });
-        const auto share = hn::IfThenElse(hn::MaskFromVec(both), tenth, sixth);
-        const auto shift = hn::BitCast(Shifted(), hn::MulFixedPoint15(quarters, share));
-        store(Shifted(), hn::Add(shifted_here, shift), count - i, out + i);
+    const auto share = hn::IfThenElse(hn::MaskFromVec(means.both), tenth, sixth);
+    return hn::Add(shifted_z, hn::BitCast(Shifted(), hn::MulFixedPoint15(means.quarters, share)));
+}
+
+/// Calls work(i) for the vectors of some readings, at least one vector. The last one may begin
+/// before the end of the one before.
+template <class Work>
+HWY_API void for_whole_vectors(int count, const Work &work) {
+    const int last = count - lanes;
+    for (int i = -lanes; i < last;) {
+        i = std::min(i + lanes, last);
+        work(i);
     }
 }
 
-void smooth_down(const std::uint16_t *HWY_RESTRICT z, std::ptrdiff_t stride, int count,
-                 const SixSigmaFactors &factors, const DepthUnits &units,
+void smooth_across(const UnitDepth *HWY_RESTRICT z, int count, const SixSigmaFactors &factors,
+                   std::uint16_t *HWY_RESTRICT out, UnitDepth *HWY_RESTRICT limits) {
+    const SixSigmas six_sigmas(factors);
+    for_whole_vectors(count, [&](int i) HWY_ATTR {
+        const Units d;
+        const auto here = hn::LoadU(d, z + i);
+        const auto shifted_here = shifted(here);
+        const auto limit = hn::ShiftRight<1>(limit_of(here, six_sigmas));
+        const auto means = two_means(shifted_here, limit, [&](int steps) HWY_ATTR {
+            return shifted(hn::LoadU(d, z + i + steps));
+        });
+        hn::StoreU(mean_of(shifted_here, means), Shifted(), out + i);
+        hn::StoreU(limit, d, limits + i);
+    });
+}
+
+void smooth_down(const ReadingsAcross &rows, int count, const DepthUnits &units,
                  const std::uint8_t *HWY_RESTRICT edge_distance, float *HWY_RESTRICT out) {
-    const Units d;
+    const ReadingsAcross in = rows; // a copy, which nothing written here can change
     const Shifted ds;
     const HalfInts di;
     const HalfFloats df;
     const hn::Rebind<std::uint8_t, Units> d8;
-    const SixSigmas six_sigmas(factors);
     const auto metres = hn::Set(df, units.metres());
-    const auto sixth = hn::Set(df, units.metres() / 6), tenth = hn::Set(df, units.metres() / 10);
     const auto edge_bits = hn::Set(di, edge_distance_bits);
-    for (int i = 0; i < count; i += lanes) {
-        const auto shifted_here = hn::LoadU(ds, z + i);
-        const auto here = shifted_back(shifted_here);
-        const auto [quarters, both] =
-            two_means(here, shifted_here, six_sigmas,
-                      [&](int steps) HWY_ATTR { return hn::LoadU(ds, z + i + steps * stride); });
-        const auto edges =
-            hn::IfThenZeroElse(hn::Eq(here, hn::Zero(d)),
-                               hn::PromoteTo(d, load_edges(d8, edge_distance + i, count - i)));
-        const auto point = [&](auto whole, auto differences, auto tenths, auto edge) HWY_ATTR {
-            const auto ten = hn::RebindMask(df, hn::MaskFromVec(hn::PromoteTo(di, tenths)));
-            const auto mean = hn::Add(hn::Mul(whole, metres),
-                                      hn::Mul(differences, hn::IfThenElse(ten, tenth, sixth)));
-            return hn::BitCast(
-                df, hn::Or(hn::AndNot(edge_bits, hn::BitCast(di, mean)), hn::PromoteTo(di, edge)));
+    for_whole_vectors(count, [&](int i) HWY_ATTR {
+        const Units d;
+        const auto shifted_here = hn::LoadU(ds, in.z + i);
+        const auto means =
+            two_means(shifted_here, hn::LoadU(d, in.limits + i), [&](int steps) HWY_ATTR {
+                return hn::LoadU(ds, in.z + i + steps * in.stride);
+            });
+        const auto mean = shifted_back(mean_of(shifted_here, means));
+        const auto edges = hn::IfThenZeroElse(hn::Eq(mean, hn::Zero(d)),
+                                              hn::PromoteTo(d, hn::LoadU(d8, edge_distance + i)));
+        const auto point = [&](auto whole, auto edge) HWY_ATTR {
+            const auto z_bits = hn::BitCast(di, hn::Mul(whole, metres));
+            return hn::BitCast(df, hn::Or(hn::AndNot(edge_bits, z_bits), hn::PromoteTo(di, edge)));
         };
-        store(
-            df,
-            point(lower_floats(here), lower_floats(quarters), lower_half(both), lower_half(edges)),
-            count - i, out + i);
-        store(
-            df,
-            point(upper_floats(here), upper_floats(quarters), upper_half(both), upper_half(edges)),
-            count - i - lanes / 2, out + i + lanes / 2);
-    }
+        hn::StoreU(point(lower_floats(mean), lower_half(edges)), df, out + i);
+        hn::StoreU(point(upper_floats(mean), upper_half(edges)), df, out + i + lanes / 2);
+    });
 }
 
 } // namespace
@@ -237,14 +233,13 @@ void smooth_row(const SmoothedRow &in, const SixSigmaFactors &six_sigmas, const 
 }
 
 void smooth_row_across(const UnitDepth *z, int count, const SixSigmaFactors &six_sigmas,
-                       std::uint16_t *out) {
-    HWY_DYNAMIC_DISPATCH(smooth_across)(z, count, six_sigmas, out);
+                       std::uint16_t *out, UnitDepth *limits) {
+    HWY_DYNAMIC_DISPATCH(smooth_across)(z, count, six_sigmas, out, limits);
 }
 
-void smooth_row_down(const std::uint16_t *z, std::ptrdiff_t stride, int count,
-                     const SixSigmaFactors &six_sigmas, const DepthUnits &units,
+void smooth_row_down(const ReadingsAcross &in, int count, const DepthUnits &units,
                      const std::uint8_t *edge_distance, float *out) {
-    HWY_DYNAMIC_DISPATCH(smooth_down)(z, stride, count, six_sigmas, units, edge_distance, out);
+    HWY_DYNAMIC_DISPATCH(smooth_down)(in, count, units, edge_distance, out);
 }
 
 } // namespace afterglow

@@ -43,9 +43,10 @@ SurfaceSmoothing::SurfaceSmoothing(const SmoothingOptions &options, const DepthU
                                    int width, int height)
     : options_(options), units_(units) {
     if (options.radius_px == radius_of_passes && !options.keep_creases &&
-        width > 2 * radius_of_passes)
-        // Kernels read past the last row.
-        across_ = Image<std::uint16_t>(width, height + 1 + row_slack / width);
+        width >= 2 * radius_of_passes + least_of_pass) {
+        across_ = Image<std::uint16_t>(width, height);
+        limits_ = Image<UnitDepth>(width, height);
+    }
     if (options.keep_creases) {
         narrow_ = Image<float>(width, 2 * options.radius_px + 1);
         sums_.resize(static_cast<std::size_t>(width));
@@ -96,14 +97,14 @@ void SurfaceSmoothing::smooth_in_passes(const UnsmoothedMap &map, WorkerPool &po
             copy(0, radius_of_passes);
             copy(w - radius_of_passes, radius_of_passes);
             smooth_row_across(z + radius_of_passes, w - 2 * radius_of_passes, six_sigmas,
-                              across + radius_of_passes);
+                              across + radius_of_passes, limits_.row(v) + radius_of_passes);
         }
     });
     pool.run_strips(h, [&](int first, int end) {
         for (int v = first; v < end; ++v) {
             float *const out = smooth.row(v);
             if (inner(v)) {
-                smooth_row_down(across_.row(v), across_.width(), w, six_sigmas, units_,
+                smooth_row_down({across_.row(v), across_.width(), limits_.row(v)}, w, units_,
                                 map.edge_distance.row(v), out);
                 continue;
             }

@@ -51,6 +51,7 @@ private:
     DepthUnits units_;
     Image<std::uint16_t>
         across_;              ///< smoothed along its rows; empty: maps are not smoothed in passes
+    Image<UnitDepth> limits_; ///< of the means of opposite readings; 0 where a row has none
     Image<float> narrow_;     ///< NarrowWindows' differences: of a few rows, metres
     std::vector<float> sums_; ///< of narrow_'s columns
 };
