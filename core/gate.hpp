@@ -46,7 +46,7 @@ struct GatePolicy {
     double target_mre = 2; ///< percent: light when a frame is expected to pass this error
     /// Frames at that error whose squared errors sum up to what a measurement costs: light, too,
     /// when a measurement saves more. 0: the target alone decides.
-    double measurement_price = 1.5;
+    double measurement_price = 1.6;
     double worthwhile = 75;     ///< percent: a measurement must promise to lower it to this share
     double coverage_floor = 75; ///< percent of what a measurement would cover
     int shortest_interval_frames = 1;  ///< between two measurements, at least

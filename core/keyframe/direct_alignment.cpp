@@ -329,7 +329,10 @@ Alignment DirectAlignment::assess(const AlignmentTemplate &reference, int level,
     at.cost = sums.fixed_cost();
     at.inlier_share = static_cast<float>(sums.inliers()) / visible;
     at.visible_share = visible / static_cast<float>(reference.points(level).count);
-    Matrix H = fit.curvature * (options_.independent_share / (scale * scale));
+    // Where residuals exceed what is expected of them, their cause is shared by points, too: poses
+    // are wrong by about `scale` times what the residuals alone say.
+    const float variance = scale * scale;
+    Matrix H = fit.curvature * (options_.independent_share / (variance * variance));
     H.topLeftCorner<6, 6>() += prior.information;
     for (int k = 0; k < 3; ++k)
         H(at_skew + k, at_skew + k) += 1.0f / (prior.skew_rad * prior.skew_rad + 1e-10f);
