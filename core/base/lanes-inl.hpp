@@ -35,8 +35,19 @@ template <class Work>
         work(single, i);
 }
 
-/// Calls work(tag, i) for whole vectors of floats only, of fewer lanes where `count` is less. The
-/// last one may begin before the end of the one before: it must do no harm to do work twice.
+/// Calls work(i) for whole vectors of `lanes` values, of `count` values in all, at least one
+/// vector. The last vector may begin before the end of the one before: it must do no harm to do
+/// work twice.
+template <class Work>
+[[maybe_unused]] HWY_API void for_overlapping_vectors(int lanes, int count, const Work &work) {
+    const int last = count - lanes;
+    for (int i = -lanes; i < last;) {
+        i = std::min(i + lanes, last);
+        work(i);
+    }
+}
+
+/// Calls work(tag, i) likewise, for vectors of fewer lanes where `count` is less.
 template <class D, class Work>
 [[maybe_unused]] HWY_API void for_overlapping_lanes(D d, int count, const Work &work) {
     const int lanes = static_cast<int>(hn::Lanes(d));
@@ -45,11 +56,7 @@ template <class D, class Work>
             for_overlapping_lanes(hn::Half<D>(), count, work);
         return;
     }
-    const int last = count - lanes;
-    for (int i = -lanes; i < last;) {
-        i = std::min(i + lanes, last);
-        work(d, i);
-    }
+    for_overlapping_vectors(lanes, count, [&](int i) HWY_ATTR { work(d, i); });
 }
 template <class Work>
 [[maybe_unused]] HWY_API void for_overlapping_lanes(int count, const Work &work) {

@@ -158,21 +158,10 @@ HWY_API VS mean_of(VS shifted_z, const TwoMeans<V> &means) {
     return hn::Add(shifted_z, hn::BitCast(Shifted(), hn::MulFixedPoint15(means.quarters, share)));
 }
 
-/// Calls work(i) for the vectors of some readings, at least one vector. The last one may begin
-/// before the end of the one before.
-template <class Work>
-HWY_API void for_whole_vectors(int count, const Work &work) {
-    const int last = count - lanes;
-    for (int i = -lanes; i < last;) {
-        i = std::min(i + lanes, last);
-        work(i);
-    }
-}
-
 void smooth_across(const UnitDepth *HWY_RESTRICT z, int count, const SixSigmaFactors &factors,
                    std::uint16_t *HWY_RESTRICT out, UnitDepth *HWY_RESTRICT limits) {
     const SixSigmas six_sigmas(factors);
-    for_whole_vectors(count, [&](int i) HWY_ATTR {
+    for_overlapping_vectors(lanes, count, [&](int i) HWY_ATTR {
         const Units d;
         const auto here = hn::LoadU(d, z + i);
         const auto shifted_here = shifted(here);
@@ -194,7 +183,7 @@ void smooth_down(const ReadingsAcross &rows, int count, const DepthUnits &units,
     const hn::Rebind<std::uint8_t, Units> d8;
     const auto metres = hn::Set(df, units.metres());
     const auto edge_bits = hn::Set(di, edge_distance_bits);
-    for_whole_vectors(count, [&](int i) HWY_ATTR {
+    for_overlapping_vectors(lanes, count, [&](int i) HWY_ATTR {
         const Units d;
         const auto shifted_here = hn::LoadU(ds, in.z + i);
         const auto means =
