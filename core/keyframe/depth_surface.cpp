@@ -57,8 +57,7 @@ void DepthSurface::fill_cracks() {
             inside[u] = static_cast<std::uint8_t>((z[u] != 0) & (distance[u] > 1));
     }
     for (int v = reach; v < h - reach && count > 0; ++v) {
-        const auto row = [&](int below) { return inside_.row(v + below) + reach; };
-        find_cracks({row(-2), row(-1), row(0), row(1), row(2)}, count, flags_.data());
+        find_cracks(inside_.row(v) + reach, w, count, flags_.data());
         const std::uint8_t *const end = flags_.data() + count;
         for (const std::uint8_t *flag = flags_.data();; ++flag) {
             flag = static_cast<const std::uint8_t *>(

@@ -139,24 +139,20 @@ void grow(const std::uint8_t *HWY_RESTRICT next, int count, std::uint8_t *HWY_RE
         values[i] = std::min(values[i], static_cast<std::uint8_t>(next[i] + 1));
 }
 
-void cracks_of_row(const InsideRows &rows, int count, std::uint8_t *HWY_RESTRICT cracks) {
-    const InsideRows in = rows; // a copy, which nothing written here can change
+void cracks_of_row(const std::uint8_t *HWY_RESTRICT inside, std::ptrdiff_t stride, int count,
+                   std::uint8_t *HWY_RESTRICT cracks) {
     const hn::CappedTag<std::uint8_t, 16> d;
     for_overlapping_lanes(d, count, [&](auto d8, int i) HWY_ATTR {
-        const auto at = [&](const std::uint8_t *row, int u)
-                            HWY_ATTR { return hn::LoadU(d8, row + i + u); };
-        const auto between = [&](auto before2, auto before, auto after, auto after2) HWY_ATTR {
+        const std::uint8_t *const at = inside + i;
+        // Between two pixels inside a surface in a direction, one of them the next.
+        const auto between = [&](std::ptrdiff_t step) HWY_ATTR {
+            const auto before2 = hn::LoadU(d8, at - 2 * step), before = hn::LoadU(d8, at - step);
+            const auto after = hn::LoadU(d8, at + step), after2 = hn::LoadU(d8, at + 2 * step);
             return hn::Or(hn::And(before, hn::Or(after, after2)), hn::And(before2, after));
         };
-        const auto across = between(at(in.row, -2), at(in.row, -1), at(in.row, 1), at(in.row, 2));
-        const auto down =
-            between(at(in.above2, 0), at(in.above, 0), at(in.below, 0), at(in.below2, 0));
-        const auto falling =
-            between(at(in.above2, -2), at(in.above, -1), at(in.below, 1), at(in.below2, 2));
-        const auto rising =
-            between(at(in.above2, 2), at(in.above, 1), at(in.below, -1), at(in.below2, -2));
-        const auto any = hn::Or(hn::Or(across, down), hn::Or(falling, rising));
-        hn::StoreU(hn::AndNot(at(in.row, 0), any), d8, cracks + i);
+        const auto straight = hn::Or(between(1), between(stride));
+        const auto diagonal = hn::Or(between(stride + 1), between(stride - 1));
+        hn::StoreU(hn::AndNot(hn::LoadU(d8, at), hn::Or(straight, diagonal)), d8, cracks + i);
     });
 }
 
@@ -200,8 +196,9 @@ void grow_from_row(const std::uint8_t *next, int count, std::uint8_t *values) {
     HWY_DYNAMIC_DISPATCH(grow)(next, count, values);
 }
 
-void find_cracks(const InsideRows &inside, int count, std::uint8_t *cracks) {
-    HWY_DYNAMIC_DISPATCH(cracks_of_row)(inside, count, cracks);
+void find_cracks(const std::uint8_t *inside, std::ptrdiff_t stride, int count,
+                 std::uint8_t *cracks) {
+    HWY_DYNAMIC_DISPATCH(cracks_of_row)(inside, stride, count, cracks);
 }
 
 } // namespace afterglow

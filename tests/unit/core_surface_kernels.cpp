@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Kernels against the scalar code that they stand for, bit for bit, on numbers as they come and on
 // those that kernels get wrong.
+#include "core/base/image.hpp"
 #include "core/keyframe/self_calibration.hpp"
 #include "core/keyframe/smoothing_kernels.hpp"
 #include "core/keyframe/surface_kernels.hpp"
@@ -353,17 +354,13 @@ TEST_CASE("cracks are pixels between two that are inside a surface, alike in vec
     for (int round = 0; round < 200; ++round) {
         const int count = 1 + static_cast<int>(random() % 70);
         const unsigned one_in = round % 2 == 0 ? 2 : 6; // is outside
-        std::vector<std::vector<std::uint8_t>> rows(5);
-        for (auto &row : rows)
-            for (int u = 0; u < count + 4; ++u)
-                row.push_back(random() % one_in != 0);
+        Image<std::uint8_t> map(count + 4, 5);
+        for (std::uint8_t &pixel : map.pixels())
+            pixel = random() % one_in != 0;
         std::vector<std::uint8_t> cracks(static_cast<std::size_t>(count), 9);
-        const auto row = [&](std::size_t i) { return rows[i].data() + 2; };
-        find_cracks({row(0), row(1), row(2), row(3), row(4)}, count, cracks.data());
+        find_cracks(map.row(2) + 2, map.width(), count, cracks.data());
         for (int u = 0; u < count; ++u) {
-            const auto inside = [&](int du, int dv) {
-                return rows[static_cast<std::size_t>(2 + dv)][static_cast<std::size_t>(2 + u + du)];
-            };
+            const auto inside = [&](int du, int dv) { return map(2 + u + du, 2 + dv); };
             bool between = false;
             for (const auto &[du, dv] : {std::pair(1, 0), {0, 1}, {1, 1}, {-1, 1}})
                 for (const auto &[before, after] : {std::pair(1, 1), {1, 2}, {2, 1}})
