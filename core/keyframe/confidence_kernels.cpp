@@ -79,7 +79,8 @@ public:
         const Depths d;
         const auto left = hn::LoadU(d, depth), right = hn::LoadU(d, depth + run / 2);
         const auto of = hn::LoadU(d8, classes);
-        // Without depth the class is 0, for which all bins have 0; less one it is the farthest.
+        // Pixels without depth may be looked up in any bins: their class is 0, for which all have
+        // 0. Their depth less one wraps around to the greatest, so that it is not the nearest.
         const auto one = hn::Set(d, 1);
         const auto nearest = hn::Min(hn::Sub(left, one), hn::Sub(right, one));
         const auto before = hn::SaturatedSub(hn::Set(d, before_bins_), nearest);

@@ -329,8 +329,9 @@ Alignment DirectAlignment::assess(const AlignmentTemplate &reference, int level,
     at.cost = sums.fixed_cost();
     at.inlier_share = static_cast<float>(sums.inliers()) / visible;
     at.visible_share = visible / static_cast<float>(reference.points(level).count);
-    // Where residuals exceed what is expected of them, their cause is shared by points, too: poses
-    // are wrong by about `scale` times what the residuals alone say.
+    // Residuals that are `scale` times as large as expected have causes that points share (blur,
+    // shutter, parallax): the pose's deviation is `scale` times what independent ones would make
+    // it.
     const float variance = scale * scale;
     Matrix H = fit.curvature * (options_.independent_share / (variance * variance));
     H.topLeftCorner<6, 6>() += prior.information;
