@@ -132,14 +132,11 @@ void TileMapping::find_content(int x, int y) {
     constexpr float diagonal_px = std::numbers::sqrt2_v<float> * tile_px;
     tile.parallax_px = parallax * diagonal_px / diagonal;
     const bool in_view = (x + 1) * tile_px <= to_.width && (y + 1) * tile_px <= to_.height;
-    tile.content = in_view && (tile.parallax_px < most_displacement_px_ || one_surface(tile))
+    tile.one_surface = in_view && tile.seen.least_edge_distance() >= least_edge_distance_ &&
+                       far <= alike_depths * near;
+    tile.content = in_view && (tile.parallax_px < most_displacement_px_ || tile.one_surface)
                        ? TileContent::mapped
                        : TileContent::mixed;
-}
-
-bool TileMapping::one_surface(const Tile &tile) const {
-    return tile.seen.least_edge_distance() >= least_edge_distance_ &&
-           tile.seen.farthest() <= alike_depths * tile.seen.nearest();
 }
 
 /// Tiles that would be mapped, but whose corners are not found, are mixed.
@@ -166,11 +163,12 @@ bool TileMapping::map_surface(int x, int y, const Mapping &by) {
     const Tile &tile = tiles()(x, y);
     const auto &a = corners_(x, y), &b = corners_(x + 1, y);
     const auto &c = corners_(x, y + 1), &e = corners_(x + 1, y + 1);
-    if (!(one_surface(tile) && a && b && c && e))
+    if (!(tile.one_surface && a && b && c && e))
         return false;
     MappedTile &mapped = mapped_(x, y);
-    mapped = {};
+    mapped.one_surface = true;
     mapped.interpolated = may_interpolate(tile, by.surface);
+    mapped.searched = false;
     set_parallax(x, y, mapped);
     std::ranges::copy(std::array{*a, *b, *c, *e}, mapped.corners);
     const auto in_picture = [&](const MappedCorner &corner) { return is_in_picture(corner); };
@@ -186,7 +184,6 @@ bool TileMapping::map_by_parallax(int x, int y, const Mapping &by) {
         return false;
     const float near = tile.seen.nearest(), far = tile.seen.farthest();
     MappedTile &mapped = mapped_(x, y);
-    mapped = {};
     mapped.one_surface = false;
     mapped.interpolated = may_interpolate(tile, by.surface);
     mapped.searched = tile.parallax_px >= alike_displacement_px;
@@ -272,7 +269,7 @@ const TileMapping::Tile *TileMapping::tile_at_corner(int x, int y) const {
     for (int tile_y = std::max(y - 1, 0); tile_y <= std::min(y, rows() - 1); ++tile_y)
         for (int tile_x = std::max(x - 1, 0); tile_x <= std::min(x, columns() - 1); ++tile_x) {
             const Tile &tile = tiles()(tile_x, tile_y);
-            if (tile.content != TileContent::mapped || !one_surface(tile))
+            if (!tile.one_surface)
                 continue;
             if (!tile.seen.holes())
                 return &tile;

@@ -99,6 +99,8 @@ private:
     struct Tile {
         SurfacePart seen; ///< of the surface on it
         TileContent content = TileContent::nothing;
+        bool one_surface =
+            false;             ///< the whole tile is in the view, and shows points of one surface
         float parallax_px = 0; ///< between its nearest and its farthest point
     };
     /// What some rows of pieces are seen on.
@@ -122,7 +124,6 @@ private:
     void put_row_on_tiles(const SurfacePieces &pieces, int row, Share &share) const;
     void find_rays(const SurfaceProjection &projection);
     void find_content(int x, int y);
-    bool one_surface(const Tile &tile) const;
     void map_tiles(const Mapping &by);
     bool map_surface(int x, int y, const Mapping &by);
     bool map_by_parallax(int x, int y, const Mapping &by);
