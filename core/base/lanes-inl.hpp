@@ -127,23 +127,42 @@ template <class D>
 [[maybe_unused]] HWY_API Neighbours<hn::Vec<D>>
 neighbours_at(D d, const float *from, std::ptrdiff_t stride, const std::int32_t *places) {
     const float *const upper = from, *const lower = from + stride;
-#if HWY_TARGET != HWY_SCALAR // which has no pairs
-    // Instruction sets with 4 lanes have no gather instruction, or a slow one: they load pairs.
-    if constexpr (hn::MaxLanes(D()) == 4) {
+#if HWY_TARGET == HWY_SCALAR
+    return {hn::Set(d, upper[*places]), hn::Set(d, upper[*places + 1]), hn::Set(d, lower[*places]),
+            hn::Set(d, lower[*places + 1])};
+#else
+    // Two neighbours of a row are loaded at once.
+    const auto unzipped = [&](const auto &above, const auto &below) HWY_ATTR {
+        return Neighbours<hn::Vec<D>>{
+            hn::ConcatEven(d, above[1], above[0]), hn::ConcatOdd(d, above[1], above[0]),
+            hn::ConcatEven(d, below[1], below[0]), hn::ConcatOdd(d, below[1], below[0])};
+    };
+    if constexpr (hn::MaxLanes(D()) == 4) { // no gather instruction, or a slow one
         const hn::Half<D> pair;
         const auto two = [&](const float *row, int i) HWY_ATTR {
             return hn::Combine(d, hn::LoadU(pair, row + places[i + 1]),
                                hn::LoadU(pair, row + places[i]));
         };
-        const auto above = two(upper, 0), above2 = two(upper, 2);
-        const auto below = two(lower, 0), below2 = two(lower, 2);
-        return {hn::ConcatEven(d, above2, above), hn::ConcatOdd(d, above2, above),
-                hn::ConcatEven(d, below2, below), hn::ConcatOdd(d, below2, below)};
+        const hn::Vec<D> above[] = {two(upper, 0), two(upper, 2)};
+        const hn::Vec<D> below[] = {two(lower, 0), two(lower, 2)};
+        return unzipped(above, below);
+    } else {
+        const hn::RebindToSigned<D> di;
+        const hn::Half<decltype(di)> half;
+        const hn::Repartition<std::uint64_t, D> pairs;
+        const hn::Repartition<std::int64_t, D> offsets;
+        const auto at = hn::ShiftLeft<2>(hn::Load(di, places)); // bytes
+        const auto first = hn::PromoteTo(offsets, hn::LowerHalf(half, at));
+        const auto last = hn::PromoteTo(offsets, hn::UpperHalf(half, at));
+        const auto two = [&](const float *row, auto offset) HWY_ATTR {
+            const auto *const from = reinterpret_cast<const std::uint64_t *>(row);
+            return hn::BitCast(d, hn::GatherOffset(pairs, from, offset));
+        };
+        const hn::Vec<D> above[] = {two(upper, first), two(upper, last)};
+        const hn::Vec<D> below[] = {two(lower, first), two(lower, last)};
+        return unzipped(above, below);
     }
 #endif
-    const auto at = hn::Load(hn::RebindToSigned<D>(), places);
-    return {hn::GatherIndex(d, upper, at), hn::GatherIndex(d, upper + 1, at),
-            hn::GatherIndex(d, lower, at), hn::GatherIndex(d, lower + 1, at)};
 }
 
 } // namespace
