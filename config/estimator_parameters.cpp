@@ -150,7 +150,7 @@ void add_keyframe(ParameterTable &table, KeyframeOptions &k, std::string &sensor
     table.add(
         "compose.follow_moving", &k.compose.follow_moving, {},
         "The depth of things that move by themselves is moved along with them in the picture; "
-        "turn it off to save processor time, at the price of light.");
+        "turn it off to save processor time: moving parts of the picture then have no depth.");
     table.section("error",
                   "Preset default: what error of a warped map is expected, which the gate acts on. "
                   "`afterglow-eval run` tells how well it fits.",
@@ -165,8 +165,8 @@ void add_keyframe(ParameterTable &table, KeyframeOptions &k, std::string &sensor
               "Part of the sensor's noise that smoothing leaves; lower it when "
               "surface.smooth_radius_px is raised.");
     table.add("error.moving_error", &k.error.moving_error, {0, 1, "of depth"},
-              "Error of pixels that move against the scene and cannot be followed; raise it when "
-              "moving things should be measured more often.");
+              "What a pixel counts for in gate.target_mre if it is left empty because something "
+              "moves there; raise it when moving things should be measured more often.");
 }
 
 void add_gate(ParameterTable &table, GatePolicy &gate) {

@@ -62,13 +62,13 @@ void Gate::restart() {
 bool Gate::wants_light(const Estimate &estimate, bool ready) {
     if (since_measurement_ >= 0)
         ++since_measurement_;
+    last_mre_ = estimate.expected_mre + estimate.moved_mre;
     if (since_measurement_ == 1) {
-        first_mre_ = estimate.expected_mre;
+        first_mre_ = last_mre_;
         first_coverage_ = estimate.relative_coverage;
         excess_ = 0;
     }
-    excess_ += excess_of(estimate.expected_mre);
-    last_mre_ = estimate.expected_mre;
+    excess_ += excess_of(last_mre_);
     fresh_mre_ = estimate.fresh_mre;
     lost_ = estimate.wants_measurement;
     tokens_ = std::min(tokens_ + policy_.duty_cycle_budget / 100, policy_.budget_burst);
@@ -163,14 +163,13 @@ GateReason Gate::judge_map(const Estimate &estimate) const {
     const double ahead = since_measurement_ > 1
                              ? static_cast<double>(latency_) / (since_measurement_ - 1)
                              : 0.0; // in units of the time since the first estimate
-    const double mre =
-        estimate.expected_mre + ahead * std::max(estimate.expected_mre - first_mre_, 0.0);
+    const double mre = last_mre_ + ahead * std::max(last_mre_ - first_mre_, 0.0);
     const double coverage = estimate.relative_coverage -
                             ahead * std::max(first_coverage_ - estimate.relative_coverage, 0.0);
     const bool helps = estimate.fresh_mre < policy_.worthwhile / 100 * mre;
     if (mre > policy_.target_mre && helps)
         return GateReason::error;
-    if (pays_off(estimate.expected_mre, mre))
+    if (pays_off(last_mre_, mre))
         return GateReason::saving;
     return coverage < policy_.coverage_floor ? GateReason::coverage : GateReason::none;
 }

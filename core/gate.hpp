@@ -46,7 +46,7 @@ struct GatePolicy {
     double target_mre = 2; ///< percent: light when a frame is expected to pass this error
     /// Frames at that error whose squared errors sum up to what a measurement costs: light, too,
     /// when a measurement saves more. 0: the target alone decides.
-    double measurement_price = 1.6;
+    double measurement_price = 1.4;
     double worthwhile = 75;     ///< percent: a measurement must promise to lower it to this share
     double coverage_floor = 75; ///< percent of what a measurement would cover
     int shortest_interval_frames = 1;  ///< between two measurements, at least
@@ -117,10 +117,11 @@ private:
     bool requested_ = false;
     GateReason reason_ = GateReason::none;
     bool budget_spent_ = false;
-    double first_mre_ = 0;      ///< expected of the first estimate since the measurement
+    /// Expected of the first estimate since the measurement, what moved there included.
+    double first_mre_ = 0;
     double excess_ = 0;         ///< sum of excess_of() since the measurement
     double first_coverage_ = 0; ///< relative, of the same
-    double last_mre_ = 0;       ///< expected of the last estimate
+    double last_mre_ = 0;       ///< first_mre_, of the last estimate
     double fresh_mre_ = 0;      ///< and of a measurement then
     bool lost_ = false;         ///< the last image had no usable estimate
     /// By how much more the error grew from image to image, when last seen, as a share of what

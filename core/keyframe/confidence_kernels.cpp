@@ -25,8 +25,7 @@ std::uint32_t look_up_singly(const std::uint16_t *depth, const std::uint8_t *cla
                                        ? no_confidence
                                        : of.table[place_in_table(classes[i], depth_bin(depth[i]))];
         const int least = std::min(found, unknown_confidence);
-        confidence[i] =
-            static_cast<std::uint8_t>(std::max(std::min(found, of.most) - of.less, least));
+        confidence[i] = static_cast<std::uint8_t>(std::max(found - of.less, least));
         sum += confidence[i];
     }
     return sum;
@@ -114,8 +113,7 @@ private:
         const Classes d8;
         const auto found = hn::LoadU(d8, of_.table + place_in_table(0, bin_));
         const auto least = hn::Min(found, hn::Set(d8, unknown_confidence));
-        const auto lowered =
-            hn::SaturatedSub(hn::Min(found, hn::Set(d8, of_.most)), hn::Set(d8, of_.less));
+        const auto lowered = hn::SaturatedSub(found, hn::Set(d8, of_.less));
         confidences_ = hn::Max(lowered, least);
     }
     template <class V>

@@ -40,11 +40,11 @@ struct JudgedPixels {
     ImageView<const std::uint16_t> depth;
     ImageView<const std::uint8_t> classes;
 };
-/// Confidences by class and bin (place_in_table()), but `most` at most, and then `less` lower;
-/// unknown_confidence at least, where the table has any.
+/// Confidences by class and bin (place_in_table()), but `less` lower; unknown_confidence at least,
+/// where the table has any.
 struct Confidences {
     const std::uint8_t *table; ///< 0 for class 0
-    std::uint8_t most, less;
+    std::uint8_t less;
 };
 /// Looks up the confidences of the pixels that have depth, beginning with `first_bin` and the next;
 /// others get none, their class is 0. Returns the sum of the confidences. Real-time safe.

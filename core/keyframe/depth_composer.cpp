@@ -47,7 +47,7 @@ void DepthComposer::clear() {
     misplaced_ = 0;
     std::ranges::fill(depth_.pixels(), std::uint16_t{0});
     std::ranges::fill(confidence_.pixels(), std::uint8_t{0});
-    covered_ = layer_count_ = 0;
+    covered_ = left_empty_ = layer_count_ = 0;
     confidence_sum_ = 0;
 }
 
@@ -62,7 +62,7 @@ void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const P
         return;
     displaced_ = drawn_kept_ = false;
     drawn_ = next;
-    covered_ = layer_count_ = 0;
+    covered_ = left_empty_ = layer_count_ = 0;
     misplaced_ = 0;
     std::array<int, most_layers> room{};
     for (const int i : pick_keyframes(keyframes, reference, now, room)) {
@@ -133,7 +133,10 @@ void DepthComposer::displace_run(int left, int right, int top, int bottom,
     for (int v = top; v < bottom; ++v) {
         std::uint16_t *const depth = depth_.row(v);
         std::uint8_t *const classes = classes_.row(v);
-        covered_ -= count(depth);
+        const int drawn = count(depth);
+        covered_ -= drawn;
+        if (shift == ResidualFlow::Shift::nowhere())
+            left_empty_ += drawn;
         std::fill(depth + left, depth + right, std::uint16_t{0});
         std::fill(classes + left, classes + right, std::uint8_t{0});
         const int from = v + shift.v;
@@ -152,6 +155,7 @@ void DepthComposer::restore() {
     if (!std::exchange(displaced_, false))
         return;
     covered_ = drawn_covered_;
+    left_empty_ = 0;
     for (int y = 0; y < cells_.height(); ++y)
         for (int x = 0; x < cells_.width(); ++x) {
             Cell &cell = cells_(x, y);
@@ -286,22 +290,17 @@ void DepthComposer::judge(const Doubts &doubts) {
 bool DepthComposer::find_doubts(const Doubts &doubts) {
     const bool all = drawn_anew_ || doubts.scales != scales_;
     scales_ = doubts.scales;
-    const std::uint8_t most_moving = estimated_confidence(doubts.moving_error);
     bool any = false;
     for (int y = 0; y < cells_.height(); ++y)
         for (int x = 0; x < cells_.width(); ++x) {
             Cell &cell = cells_(x, y);
-            const bool moves = !doubts.moving.empty() && doubts.moving(x, y) != 0;
-            const std::uint8_t most = moves ? most_moving : measured_confidence;
             const float local = doubts.local ? doubts.local->expected()(x, y) : 0;
             const float noticed =
                 std::max(confidence_step, (noticed_growth - 1) * std::min(local, cell.local));
-            cell.judge =
-                all || cell.changed || most != cell.most || std::abs(local - cell.local) > noticed;
+            cell.judge = all || cell.changed || std::abs(local - cell.local) > noticed;
             cell.changed = false;
             if (!cell.judge)
                 continue;
-            cell.most = most;
             cell.local = local;
             any = true;
         }
@@ -316,8 +315,8 @@ std::uint32_t DepthComposer::judge_cell(int x, int y, const ConfidenceTable &tab
     const float less = steps < 1 ? 0 : std::ceil(steps);
     const std::uint16_t middle = depth(depth.width() / 2, depth.height() / 2);
     return look_up_confidences({depth, cell_of(classes_.view(), x, y)},
-                               {table.data(), cell.most, static_cast<std::uint8_t>(less)},
-                               depth_bin(middle), cell_of(confidence_.view(), x, y));
+                               {table.data(), static_cast<std::uint8_t>(less)}, depth_bin(middle),
+                               cell_of(confidence_.view(), x, y));
 }
 
 ImageView<const ComparedErrors> DepthComposer::compare(DepthView measured) {
@@ -332,7 +331,7 @@ ImageView<const ComparedErrors> DepthComposer::compare(DepthView measured) {
 
 int DepthComposer::overlay(DepthView measured) {
     displaced_ = false;
-    layer_count_ = 0;
+    left_empty_ = layer_count_ = 0;
     int pixels = 0;
     for (int v = 0; v < camera_.height; ++v) {
         const Overlaid row =

@@ -40,9 +40,6 @@ public:
     struct Doubts {
         /// Factors on the modelled errors.
         ErrorScales scales{};
-        /// Cells that move, in which the relative error is at least `moving_error`. Empty: none.
-        ImageView<const std::uint8_t> moving{};
-        float moving_error = 0;
         /// Errors to be added to those of a cell's pixels. Null: none.
         const LocalErrors *local = nullptr;
     };
@@ -52,8 +49,8 @@ public:
     /// The map beside one that was measured for the same image, by cell of MotionMask, at every
     /// second pixel of every second row that has depth in both. Valid until the next call.
     ImageView<const ComparedErrors> compare(DepthView measured);
-    /// Shows what moves by itself where the last image shows it: `flow` was found for that image
-    /// and drawn().
+    /// Shows what moves by itself where the last image shows it, and leaves empty what the keyframe
+    /// does not show: `flow` was found for that image and drawn().
     void displace(const ResidualFlow &flow);
     /// The composed map before displace(), until a measured map is laid over it.
     DepthView drawn() const;
@@ -67,6 +64,8 @@ public:
     Image<std::uint8_t> &confidence() { return confidence_; }
     /// Pixels that have depth.
     int covered() const { return covered_; }
+    /// Pixels that have none because the keyframe does not show what is there.
+    int left_empty() const { return left_empty_; }
     /// Mean of what the confidences promise over the pixels that have depth, percent; 100 without.
     float expected_mre() const;
     /// The last compose() has drawn a new map.
@@ -91,7 +90,6 @@ private:
 
     /// What lowers the confidences of a cell's pixels, and what came of it.
     struct Cell {
-        std::uint8_t most = 0;  ///< no pixel is more confident
         float local = 0;        ///< relative error that is added
         std::uint32_t sum = 0;  ///< of the pixels' confidences
         bool judge = false;     ///< whether this has to be worked out
@@ -130,6 +128,7 @@ private:
     std::array<Layer, most_layers> layers_;
     int layer_count_ = 0; ///< of the composed map; 0: compose() has not drawn the map
     int covered_ = 0;
+    int left_empty_ = 0;
     std::uint64_t confidence_sum_ = 0;
     ErrorScales scales_;  ///< of the last doubts
     float misplaced_ = 0; ///< MapError's, the most of the maps drawn

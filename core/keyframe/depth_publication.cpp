@@ -55,8 +55,7 @@ DepthPublication::DepthPublication(const KeyframeOptions &options, const Views &
     : views_(views), camera_(views.published), options_(options), composer_(views, options, pool),
       motion_mask_(views),
       flow_(views, options.alignment_template.coarsest_level, options.compose.follow_moving),
-      local_errors_(views.published), fresh_scale_(0.35, 0), carried_scale_(0.9, 0),
-      moving_scale_(0.45, 0.45) {
+      local_errors_(views.published), fresh_scale_(0.35, 0), carried_scale_(0.9, 0) {
     estimate_.depth = composer_.depth();
     estimate_.confidence = composer_.confidence();
 }
@@ -103,10 +102,7 @@ const Estimate &DepthPublication::estimated(const KeyframeSet &keyframes,
 void DepthPublication::judge(const Pose &from_world) {
     local_errors_.predict(composer_.depth(), since_measurement(from_world),
                           static_cast<int>(estimate_.age_frames) + 1);
-    composer_.judge({.scales = scales(),
-                     .moving = flow_.unexplained(),
-                     .moving_error = moving_scale_.scale() * options_.error.moving_error,
-                     .local = &local_errors_});
+    composer_.judge({.scales = scales(), .local = &local_errors_});
 }
 
 const Estimate &DepthPublication::measured(DepthView depth, const Keyframe &fresh,
@@ -149,14 +145,12 @@ const Estimate &DepthPublication::measured(DepthView depth, const Keyframe &fres
 void DepthPublication::learn_errors(DepthView depth, const ErrorScales &before) {
     const int least_pixels = camera_.width * camera_.height / 400; // 1 % of those compared
     const ImageView<const ComparedErrors> cells = composer_.compare(depth);
-    ComparedErrors quiet, moving;
+    ComparedErrors quiet;
     for (int y = 0; y < cells.height(); ++y)
         for (int x = 0; x < cells.width(); ++x) {
             const ComparedErrors &cell = cells(x, y);
             const double local = local_errors_.expected()(x, y) * cell.pixels;
-            if (flow_.unexplained()(x, y) != 0) {
-                moving += cell;
-            } else if (motion_mask_.moving()(x, y) == 0 && 2 * local <= cell.expected_sum) {
+            if (motion_mask_.moving()(x, y) == 0 && 2 * local <= cell.expected_sum) {
                 quiet += cell;
                 quiet.expected_sum -= local;
             }
@@ -172,8 +166,6 @@ void DepthPublication::learn_errors(DepthView depth, const ErrorScales &before) 
                              share * share);
     }
     local_errors_.learn(cells, ratio);
-    if (moving.pixels >= least_pixels)
-        moving_scale_.learn(moving.true_error(), options_.error.moving_error);
 }
 
 Pose DepthPublication::since_measurement(const Pose &from_world) const {
@@ -192,12 +184,15 @@ DepthView DepthPublication::composed() const {
 
 /// Fills in what follows from the composed map.
 void DepthPublication::describe(FrameSource source, const Pose &from_world) {
-    const float covered = static_cast<float>(composer_.covered()) /
-                          static_cast<float>(camera_.width * camera_.height);
+    const auto all = static_cast<float>(camera_.width * camera_.height);
+    const auto left_empty = static_cast<float>(composer_.left_empty());
+    const float covered = static_cast<float>(composer_.covered()) / all;
     estimate_.source = source;
     estimate_.coverage = 100 * covered;
     estimate_.relative_coverage = std::min(100 * covered / fresh_fill_, 100.0f);
     estimate_.expected_mre = composer_.expected_mre();
+    estimate_.moved_mre =
+        100 * options_.error.moving_error * left_empty / std::max(covered * all + left_empty, 1.0f);
     estimate_.fresh_mre = 100 * (misplaced_ + fresh_scale_.scale() * fresh_error_);
     estimate_.pose = since_measurement(from_world);
     estimate_.world_from_camera = from_world.inverse();

@@ -62,7 +62,6 @@ private:
     LocalErrors local_errors_;
     ErrorScale fresh_scale_;   ///< of a map just measured
     ErrorScale carried_scale_; ///< of what carrying a map with the camera's view adds
-    ErrorScale moving_scale_;  ///< of moving_error
     Estimate estimate_;
     std::int64_t t_ns_ = 0;
     std::int64_t measured_ns_ = 0;

@@ -19,8 +19,9 @@ struct ErrorOptions {
     float intrinsics = 0.01f;
     /// Part of a sensor's depth error that smoothing does not remove.
     float shared_noise = 0.7f;
-    /// Relative error of a pixel that moves against the scene.
-    float moving_error = 0.10f;
+    /// Relative error for which a pixel counts with the gate that is left empty because something
+    /// moved there.
+    float moving_error = 0.05f;
 };
 
 /// How wrong one carried map is expected to be; everything a per-pixel error needs.

@@ -31,9 +31,12 @@ constexpr float least_step = 0.03f, longest_step = 4;
 constexpr float same_grey = 3;
 /// A patch moves if its flow leaves less than this share of the mean square difference.
 constexpr float most_left = 0.25f;
-/// A moving cell is explained if it has so many times more patches that move than patches that
-/// differ and were not found.
-constexpr int explained_ratio = 2;
+/// The keyframe does not show what is at a pixel whose surroundings (claim_pixels()) differ by more
+/// than this in every patch: mean absolute difference, grey values.
+constexpr float unlike_grey = 12;
+
+/// The difference of a pixel that no patch has claimed.
+constexpr float nothing_claimed = std::numeric_limits<float>::max();
 
 int patches_along(int pixels) {
     return std::max(0, (pixels - 2 * border - ImagePatch::side) / stride + 1);
@@ -60,9 +63,7 @@ ResidualFlow::ResidualFlow(const Views &views, int most_level, bool enabled)
       level_(level_for(views.tracking, most_level)), camera_(views.tracking.at_level(level_)),
       patches_(patches_along(camera_.width), patches_along(camera_.height)),
       least_(camera_.width, camera_.height), owner_(camera_.width, camera_.height),
-      shifts_(camera_.width, camera_.height),
-      unexplained_(MotionMask::cells(views.published.width),
-                   MotionMask::cells(views.published.height)) {}
+      shifts_(views.published.width >> level_, views.published.height >> level_) {}
 
 void ResidualFlow::find(const Then &then, const Pyramid &now, const Placement &at,
                         DepthView composed, ImageView<const std::uint8_t> moving) {
@@ -72,24 +73,23 @@ void ResidualFlow::find(const Then &then, const Pyramid &now, const Placement &a
             patch.moves = false;
     }
     any_ = changed_ = false;
-    if (enabled_) {
-        const Search in = {then, now.level(level_), at, at.pose.inverse(), composed};
-        choose_patches(moving);
-        // A patch tries the flow of its neighbours: from the top left on, then from the bottom
-        // right on.
-        for (int y = 0; y < patches_.height(); ++y)
-            for (int x = 0; x < patches_.width(); ++x)
-                if (patches_(x, y).searched)
-                    match(x, y, in);
-        for (int y = patches_.height() - 1; y >= 0; --y)
-            for (int x = patches_.width() - 1; x >= 0; --x)
-                if (patches_(x, y).searched)
-                    match_again(x, y, in);
-        any_ =
-            std::ranges::any_of(patches_.pixels(), [](const Patch &patch) { return patch.moves; });
-        densify(in);
+    if (!enabled_) {
+        leave_out(moving);
+        return;
     }
-    find_unexplained(moving);
+    const Search in = {then, now.level(level_), at, at.pose.inverse(), composed};
+    choose_patches(moving);
+    // A patch tries the flow of its neighbours: from the top left on, then from the bottom right
+    // on.
+    for (int y = 0; y < patches_.height(); ++y)
+        for (int x = 0; x < patches_.width(); ++x)
+            if (patches_(x, y).searched)
+                match(x, y, in);
+    for (int y = patches_.height() - 1; y >= 0; --y)
+        for (int x = patches_.width() - 1; x >= 0; --x)
+            if (patches_(x, y).searched)
+                match_again(x, y, in);
+    densify(in);
 }
 
 /// Marks the patches that touch a moving cell, or one near it, as searched.
@@ -241,14 +241,15 @@ ResidualFlow::Shift ResidualFlow::shift_of(const Patch &patch, int x, int y,
 
 /// Gives each pixel the shift of that patch around it which differs least there.
 void ResidualFlow::densify(const Search &in) {
+    const bool differ = std::ranges::any_of(
+        patches_.pixels(), [](const Patch &patch) { return patch.moves || patch.unlike; });
     // Pixels that were displaced in the last image may be no more.
-    const Area area = joined(area_, any_ ? area_of_patches() : Area{});
+    const Area area = joined(area_, differ ? area_of_patches() : Area{});
     for (int v = area.top; v < area.bottom; ++v) {
-        std::fill(least_.row(v) + area.left, least_.row(v) + area.right,
-                  std::numeric_limits<float>::max());
+        std::fill(least_.row(v) + area.left, least_.row(v) + area.right, nothing_claimed);
         std::fill(owner_.row(v) + area.left, owner_.row(v) + area.right, -1);
     }
-    for (int y = 0; any_ && y < patches_.height(); ++y)
+    for (int y = 0; differ && y < patches_.height(); ++y)
         for (int x = 0; x < patches_.width(); ++x) {
             const Patch &patch = patches_(x, y);
             if (!patch.searched)
@@ -261,13 +262,30 @@ void ResidualFlow::densify(const Search &in) {
         }
     for (int v = area.top; v < area.bottom; ++v)
         for (int u = area.left; u < area.right; ++u) {
+            const float difference = least_(u, v);
             const std::int32_t owner = owner_(u, v);
-            const Shift shift =
-                owner < 0 ? Shift{} : patches_.pixels()[static_cast<std::size_t>(owner)].shift;
-            changed_ = changed_ || shift != shifts_(u, v);
-            shifts_(u, v) = shift;
+            if (difference > unlike_grey && difference < nothing_claimed)
+                set_shift(u, v, Shift::nowhere());
+            else
+                set_shift(u, v,
+                          owner < 0 ? Shift{}
+                                    : patches_.pixels()[static_cast<std::size_t>(owner)].shift);
         }
-    area_ = any_ ? area : Area{};
+    area_ = differ ? area : Area{};
+}
+
+/// Leaves out all of the moving cells.
+void ResidualFlow::leave_out(ImageView<const std::uint8_t> moving) {
+    const int cell = MotionMask::cell_px >> level_;
+    for (int v = 0; v < shifts_.height(); ++v)
+        for (int u = 0; u < shifts_.width(); ++u)
+            set_shift(u, v, moving(u / cell, v / cell) != 0 ? Shift::nowhere() : Shift{});
+}
+
+void ResidualFlow::set_shift(int u, int v, const Shift &shift) {
+    any_ = any_ || shift != Shift{};
+    changed_ = changed_ || shift != shifts_(u, v);
+    shifts_(u, v) = shift;
 }
 
 /// The pixels of all patches that were looked for.
@@ -287,27 +305,6 @@ ResidualFlow::Area ResidualFlow::joined(const Area &a, const Area &b) {
         return a.left == a.right ? b : a;
     return {std::min(a.left, b.left), std::min(a.top, b.top), std::max(a.right, b.right),
             std::max(a.bottom, b.bottom)};
-}
-
-/// Counts the patches whose middles are in each cell that moves.
-void ResidualFlow::find_unexplained(ImageView<const std::uint8_t> moving) {
-    const int cell = MotionMask::cell_px >> level_;
-    const auto first_in = [&](int at, int patches) {
-        return first_patch_from(at * cell - ImagePatch::side / 2, patches);
-    };
-    for (int y = 0; y < moving.height(); ++y)
-        for (int x = 0; x < moving.width(); ++x) {
-            int displaced = 0, unlike = 0;
-            for (int j = first_in(y, patches_.height());
-                 moving(x, y) != 0 && j < first_in(y + 1, patches_.height()); ++j)
-                for (int i = first_in(x, patches_.width()); i < first_in(x + 1, patches_.width());
-                     ++i) {
-                    displaced += patches_(i, j).moves;
-                    unlike += patches_(i, j).unlike;
-                }
-            unexplained_(x, y) =
-                moving(x, y) != 0 && !(displaced > 0 && displaced >= explained_ratio * unlike);
-        }
 }
 
 } // namespace afterglow

@@ -22,13 +22,15 @@ namespace afterglow {
 /// square patches of the new image are found in the keyframe's image by Gauss-Newton steps, which
 /// start at the flow of the last image and of neighbouring patches. A patch moves if its flow takes
 /// away most of its difference. Each pixel gets the shift of the patch around it that differs
-/// least.
+/// least; where that one differs, too, the keyframe does not show what is there, and neither does
+/// its map.
 ///
-/// Finds nothing where the published camera is not the tracking camera. Allocates when made; the
-/// calls are real-time safe.
+/// No flow is searched for where the published camera is not the tracking camera: all of a moving
+/// cell is then taken for what the keyframe does not show. Allocates when made; the calls are
+/// real-time safe.
 class ResidualFlow {
 public:
-    /// `most_level`: the coarsest level of the pyramid. Not `enabled`: no flow is ever found.
+    /// `most_level`: the coarsest level of the pyramid. Not `enabled`: no flow is searched for.
     ResidualFlow(const Views &views, int most_level, bool enabled = true);
 
     /// The pyramid level on which flow is found: the finest with at most 200 columns.
@@ -46,25 +48,25 @@ public:
               ImageView<const std::uint8_t> moving);
 
     /// From where in the composed map a pixel gets its depth: so many pixels of the map farther
-    /// right and down.
+    /// right and down; or from nowhere.
     struct Shift {
         std::int16_t u = 0, v = 0;
         bool operator==(const Shift &) const = default;
+
+        static Shift nowhere() { return {INT16_MIN, INT16_MIN}; }
     };
     /// Some pixel has a shift.
     bool any() const { return any_; }
     /// Some pixel has another shift than in the image before.
     bool changed() const { return changed_; }
-    /// One for each pixel of level().
+    /// One for each pixel of the published camera's level().
     ImageView<const Shift> shifts() const { return shifts_; }
-    /// By cell of MotionMask: 1 where the scene moves and flow does not explain the difference.
-    ImageView<const std::uint8_t> unexplained() const { return unexplained_; }
 
 private:
     struct Patch {
         bool searched = false; ///< in the last image
         bool moves = false;
-        bool unlike = false; ///< differs from the keyframe's image, and no flow was found
+        bool unlike = false; ///< differs from the keyframe's image; no flow makes it alike
         /// Where the camera's motion alone puts its first pixel in the keyframe's image, pixels of
         /// the level, and how far from there it was found.
         Eigen::Vector2f place = {0, 0}, flow = {0, 0};
@@ -98,7 +100,8 @@ private:
     void densify(const Search &in);
     Area area_of_patches() const;
     static Area joined(const Area &a, const Area &b);
-    void find_unexplained(ImageView<const std::uint8_t> moving);
+    void leave_out(ImageView<const std::uint8_t> moving);
+    void set_shift(int u, int v, const Shift &shift);
 
     bool enabled_; ///< and the published camera is the tracking camera
     int level_;
@@ -107,8 +110,7 @@ private:
     Image<float> least_;        ///< least difference of a patch at each pixel, grey values
     Image<std::int32_t> owner_; ///< number of the moving patch that a pixel goes with, -1 = none
     Image<Shift> shifts_;
-    Area area_; ///< in which pixels had shifts in the last image
-    Image<std::uint8_t> unexplained_;
+    Area area_;                ///< in which pixels had shifts in the last image
     std::int64_t then_ns_ = 0; ///< of the keyframe that patches are found in
     bool any_ = false, changed_ = false;
 };

@@ -71,20 +71,18 @@ TEST_CASE("confidences are looked up alike in vectors and one by one", "[core]")
             if (depth.pixels()[i] != 0)
                 classes.pixels()[i] = static_cast<std::uint8_t>(
                     random() % most_layers * class_layer + 1 + random() % (class_layer - 1));
-        const std::uint8_t most = round % 4 == 1 ? 100 : measured_confidence;
         const auto less = static_cast<std::uint8_t>(round % 4 > 1 ? random() % 255 : 0);
         const int first_bin = depth_bin(depth.pixels()[depth.pixels().size() / 2]);
-        const std::uint32_t sum = look_up_confidences({depth, classes}, {table.data(), most, less},
-                                                      first_bin, confidence);
+        const std::uint32_t sum =
+            look_up_confidences({depth, classes}, {table.data(), less}, first_bin, confidence);
         std::uint32_t expected_sum = 0;
         for (std::size_t i = 0; i < depth.pixels().size(); ++i) {
             const std::uint16_t mm = depth.pixels()[i];
             const int place = place_in_table(classes.pixels()[i], bin_of(mm));
             const int in_table = table[static_cast<std::size_t>(place)];
             const int expected =
-                mm == 0 ? no_confidence
-                        : std::max<int>(std::min<int>(in_table, most) - less, unknown_confidence);
-            CAPTURE(round, i, mm, in_table, most, less);
+                mm == 0 ? no_confidence : std::max<int>(in_table - less, unknown_confidence);
+            CAPTURE(round, i, mm, in_table, less);
             REQUIRE(confidence.pixels()[i] == expected);
             expected_sum += static_cast<std::uint32_t>(expected);
         }

@@ -31,6 +31,19 @@ TEST_CASE("the gate in mode auto passes on the estimator's request until measure
     CHECK_FALSE(gate.wants_light(good));
 }
 
+TEST_CASE("what moved counts with the expected error", "[core]") {
+    const GatePolicy policy{.target_mre = 2, .measurement_price = 0};
+    Estimate moved = expecting(1.5);
+    Gate gate = measured_gate(policy);
+    CHECK_FALSE(gate.wants_light(moved));
+    moved.moved_mre = 0.6f;
+    CHECK(gate.wants_light(moved));
+    CHECK(gate.reason() == GateReason::error);
+    gate = measured_gate(policy);
+    moved.expected_mre = -1; // not predicted
+    CHECK_FALSE(gate.wants_light(moved));
+}
+
 TEST_CASE("the gate in mode interval asks at fixed intervals whatever the estimate", "[core]") {
     Gate gate = measured_gate({.mode = GateMode::interval, .interval_frames = 3});
     CHECK_FALSE(gate.wants_light(bad));

@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/keyframe/error_scale.hpp"
-#include "core/keyframe/expected_error.hpp"
 #include "core/keyframe/keyframe_pipeline.hpp"
 #include "drivers/simulated/synthetic/truth.hpp"
 #include "tests/catch.hpp"
 
 #include <Eigen/Geometry>
-
-#include <algorithm>
 
 using namespace afterglow;
 
@@ -15,9 +11,6 @@ namespace {
 
 const SyntheticOptions options{
     .width = 320, .height = 240, .fps = 30, .seed = 1, .real_time = false, .noise = false};
-
-/// Of a moving pixel, before a measurement has told how wrong they are.
-const float unlearnt_moving_error = ErrorScale(0.45, 0.45).scale() * ErrorOptions{}.moving_error;
 
 /// A printed wall 2.5 m ahead and a box 1.2 m ahead, which turns like a wheel at `speed` rad/s, in
 /// front of a camera that goes up at 0.2 m/s. Fast turns are no displacements of its parts.
@@ -45,19 +38,6 @@ struct Watched {
                 estimate = pipeline.measure(truth.depth(0));
         }
     }
-    /// Share of the pixels with depth that are said to move.
-    double distrusted() const {
-        const std::uint8_t limit = estimated_confidence(unlearnt_moving_error);
-        int low = 0, all = 0;
-        for (int v = 0; v < options.height; ++v)
-            for (int u = 0; u < options.width; ++u) {
-                const std::uint8_t c = estimate.confidence(u, v);
-                all += c > 0;
-                low += c > 0 && c <= limit;
-            }
-        return static_cast<double>(low) / all;
-    }
-
     SyntheticTruth truth;
     WorkerPool pool;
     KeyframePipeline pipeline;
@@ -66,45 +46,46 @@ struct Watched {
 
 } // namespace
 
-TEST_CASE("the motion mask lowers confidence on a moving object and nowhere else", "[core]") {
-    const Watched w(8); // 76 degrees
-    REQUIRE(w.estimate.source == FrameSource::estimated);
-    const std::uint8_t limit = estimated_confidence(unlearnt_moving_error);
-    CHECK(w.estimate.confidence(175, 105) <= limit); // on the box
-    CHECK(w.estimate.confidence(20, 120) > limit);
-    CHECK(w.estimate.confidence(300, 40) > limit);
-    CHECK(w.distrusted() > 0.05);
-    CHECK(w.distrusted() < 0.3);
+TEST_CASE("what moves and cannot be followed has no depth, and the gate counts it", "[core]") {
+    const Watched moving(8), still(0); // 76 degrees
+    REQUIRE(moving.estimate.source == FrameSource::estimated);
+    int on_box = 0, beside = 0; // empty because of the motion
+    for (int v = 0; v < options.height; ++v)
+        for (int u = 0; u < options.width; ++u) {
+            const bool empty = still.estimate.depth(u, v) != 0 && moving.estimate.depth(u, v) == 0;
+            const bool near_box = u > 60 && u < 260 && v > 20 && v < 220;
+            on_box += empty && near_box;
+            beside += empty && !near_box;
+        }
+    CHECK(on_box > 0.05 * options.width * options.height);
+    CHECK(beside < 0.01 * options.width * options.height);
+    CHECK(moving.estimate.relative_coverage < still.estimate.relative_coverage - 5);
+    CHECK(moving.estimate.moved_mre ==
+          Approx(100 * ErrorOptions{}.moving_error * (on_box + beside) /
+                 (0.01 * still.estimate.coverage * options.width * options.height))
+              .epsilon(0.1));
 }
 
-TEST_CASE("a moving object raises the expected error", "[core]") {
-    const Watched moving(8), still(0);
-    CHECK(moving.estimate.expected_mre > still.estimate.expected_mre + 0.5f);
-}
-
-TEST_CASE("the motion mask is empty for a rigid scene with occlusions", "[core]") {
+TEST_CASE("a rigid scene with occlusions is shown whole", "[core]") {
     const Watched w(0);
     REQUIRE(w.estimate.source == FrameSource::estimated);
-    CHECK(w.distrusted() == 0);
+    CHECK(w.estimate.moved_mre == 0);
 }
 
-TEST_CASE("the motion mask is empty for a hand-held camera in a static room", "[core]") {
+TEST_CASE("a static room is shown whole to a hand-held camera", "[core]") {
     SyntheticOptions room = options;
     room.noise = true;
     SyntheticTruth truth(room);
     WorkerPool pool(1);
     KeyframePipeline pipeline(KeyframeOptions{}, truth.intrinsics(), pool);
-    const std::uint8_t limit = estimated_confidence(unlearnt_moving_error);
-    std::int64_t low = 0, all = 0;
+    double left_empty = 0; // shares of the pixels
     for (std::uint64_t k = 0; k < 20; ++k) {
         Estimate e = pipeline.track(truth.luma(k), static_cast<std::int64_t>(k + 1) * 33'333'333);
-        if (k % 10 == 0)
+        left_empty += e.moved_mre / (100 * ErrorOptions{}.moving_error);
+        if (k % 10 == 0) {
             e = pipeline.measure(truth.depth(k));
-        for (int v = 0; v < room.height; ++v)
-            for (int u = 0; u < room.width; ++u) {
-                all += e.confidence(u, v) > 0;
-                low += e.confidence(u, v) > 0 && e.confidence(u, v) <= limit;
-            }
+            CHECK(e.moved_mre == 0);
+        }
     }
-    CHECK(low < all / 100);
+    CHECK(left_empty / 20 < 0.01);
 }
