@@ -46,22 +46,30 @@ TileMapping::TileMapping(const Intrinsics &from, const Intrinsics &to,
                whole_tiles(from.height, SurfacePieces::piece_px)),
       landing_rows_(static_cast<std::size_t>(landing_.height())),
       mixed_rows_(static_cast<std::size_t>(rows())), rays_(columns() + 1, rows() + 1),
-      corners_(columns() + 1, rows() + 1), mapped_(columns(), rows()) {}
+      millimetres_(rays_.width(), rays_.height()), corners_(columns() + 1, rows() + 1),
+      mapped_(columns(), rows()) {}
 
 void TileMapping::find(const DepthSurface &surface, const SurfaceProjection &projection,
                        const DepthCorrection &correction, float margin_px) {
     const Mapping by = {surface, projection, correction};
-    find_rays(projection);
+    find_rays(by);
     put_on_tiles(by);
     map_tiles(by);
     find_landing(by, margin_px);
 }
 
-void TileMapping::find_rays(const SurfaceProjection &projection) {
+void TileMapping::find_rays(const Mapping &by) {
+    const float cx = static_cast<float>(to_.cx), cy = static_cast<float>(to_.cy);
+    const float per_fx = static_cast<float>(1 / to_.fx), per_fy = static_cast<float>(1 / to_.fy);
     pool_.run(rays_.height(), [&](int y) {
-        const ViewRow row = projection.view_row(static_cast<float>(y * tile_px));
-        for (int x = 0; x < rays_.width(); ++x)
-            rays_(x, y) = row.at(static_cast<float>(x * tile_px));
+        const float v = static_cast<float>(y * tile_px);
+        const ViewRow row = by.projection.view_row(v);
+        for (int x = 0; x < rays_.width(); ++x) {
+            const float u = static_cast<float>(x * tile_px);
+            rays_(x, y) = row.at(u);
+            millimetres_(x, y) =
+                1000.0f / by.correction.scale((u - cx) * per_fx, (v - cy) * per_fy);
+        }
     });
 }
 
@@ -192,7 +200,7 @@ bool TileMapping::map_by_parallax(int x, int y, const Mapping &by) {
     mapped.farthest_inverse_depth = 1 / far;
     set_parallax(x, y, mapped);
     for (int i = 0; i < 4; ++i) {
-        const auto corner = corner_at(x + i % 2, y + i / 2, z, by);
+        const auto corner = corner_at(x + i % 2, y + i / 2, z, by.surface.options());
         if (!corner)
             return false;
         mapped.corners[i] = *corner;
@@ -297,19 +305,17 @@ std::optional<MappedCorner> TileMapping::find_shared_corner(int x, int y, const 
         if ((place - before).squaredNorm() < corner_tolerance_px * corner_tolerance_px)
             break;
     }
-    return corner_at(x, y, z, by);
+    return corner_at(x, y, z, by.surface.options());
 }
 
 /// The point of the surface that is seen at a corner, if its depth is z.
-std::optional<MappedCorner> TileMapping::corner_at(int x, int y, float z, const Mapping &by) const {
-    const SurfaceOptions &options = by.surface.options();
+std::optional<MappedCorner> TileMapping::corner_at(int x, int y, float z,
+                                                   const SurfaceOptions &options) const {
     const ViewRay &ray = rays_(x, y);
     const float depth = ray.depth(z);
     if (!(depth >= options.nearest_m && depth <= options.farthest_m))
         return std::nullopt;
-    const float units =
-        1000.0f / by.correction.scale(static_cast<float>((x * tile_px - to_.cx) / to_.fx),
-                                      static_cast<float>((y * tile_px - to_.cy) / to_.fy));
+    const float units = millimetres_(x, y);
     const Eigen::Vector2f place = ray.place(z);
     return MappedCorner{place.x(), place.y(), z, units * ray.scale, units * ray.shift};
 }

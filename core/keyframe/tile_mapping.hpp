@@ -122,7 +122,7 @@ private:
     void find_ranges(const Mapping &by, float margin_px, int row,
                      std::span<TileRange> ranges) const;
     void put_row_on_tiles(const SurfacePieces &pieces, int row, Share &share) const;
-    void find_rays(const SurfaceProjection &projection);
+    void find_rays(const Mapping &by);
     void find_content(int x, int y);
     void map_tiles(const Mapping &by);
     bool map_surface(int x, int y, const Mapping &by);
@@ -132,7 +132,8 @@ private:
     bool shows_its_points(int x, int y, const DepthSurface &surface) const;
     const Tile *tile_at_corner(int x, int y) const;
     std::optional<MappedCorner> find_shared_corner(int x, int y, const Mapping &by) const;
-    std::optional<MappedCorner> corner_at(int x, int y, float z, const Mapping &by) const;
+    std::optional<MappedCorner> corner_at(int x, int y, float z,
+                                          const SurfaceOptions &options) const;
     bool is_in_picture(const MappedCorner &corner) const;
     float depth_near(const Eigen::Vector2f &place, const DepthSurface &surface) const;
     void find_landing(const Mapping &by, float margin_px);
@@ -145,7 +146,8 @@ private:
     Image<std::uint8_t> landing_; ///< by piece: whether it is seen in, or around, mixed tiles
     std::vector<std::uint8_t> landing_rows_, mixed_rows_; ///< which have such pieces, tiles
     Image<ViewRay> rays_;                                 ///< of the corners of tiles
-    Image<std::optional<MappedCorner>> corners_;          ///< of tiles that may show one surface
+    Image<float> millimetres_;                   ///< read there at a depth of one metre in the view
+    Image<std::optional<MappedCorner>> corners_; ///< of tiles that may show one surface
     Image<MappedTile> mapped_;
 };
 
