@@ -26,7 +26,7 @@ const std::vector<Variant> &ablation_variants() {
          "earlier maps are warped into what the last one leaves empty"},
         {"moving parts not followed",
          {"compose.follow_moving=false"},
-         "what moves by itself stays where the camera's motion puts it"},
+         "parts of the picture that move have no depth"},
         {"no crack filling", {"surface.crack_px=0"}, "holes that a warp tears stay open"},
         {"edges carried",
          {"warp.least_edge_distance_px=1"},
