@@ -53,7 +53,8 @@ int first_patch_from(int pixel, int patches) {
 
 int ResidualFlow::level_for(const Intrinsics &tracking, int most_level) {
     int level = 1;
-    while (level < most_level && tracking.width >> level > most_columns)
+    while (level < most_level && tracking.width >> level > most_columns &&
+           MotionMask::cell_px >> level > 1)
         ++level;
     return level;
 }

@@ -33,7 +33,8 @@ public:
     /// `most_level`: the coarsest level of the pyramid. Not `enabled`: no flow is searched for.
     ResidualFlow(const Views &views, int most_level, bool enabled = true);
 
-    /// The pyramid level on which flow is found: the finest with at most 200 columns.
+    /// The pyramid level on which flow is found: the finest with at most 200 columns, but none on
+    /// which a cell of MotionMask is less than a pixel.
     static int level_for(const Intrinsics &tracking, int most_level);
     int level() const { return level_; }
 

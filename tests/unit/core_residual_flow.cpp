@@ -223,6 +223,7 @@ TEST_CASE("residual flow is found on the finest level with at most 200 columns",
     CHECK(level(640, 4) == 2);
     CHECK(level(1280, 4) == 3);
     CHECK(level(1280, 2) == 2);
+    CHECK(level(20000, 9) == 5);
     CHECK(level(16, 1) == 1);
 }
 
