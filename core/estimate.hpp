@@ -50,7 +50,8 @@ struct Estimate {
     bool tracked = false;
     /// Predicted mean relative error, percent. Negative: this preset does not predict it.
     float expected_mre = -1;
-    /// What the gate adds to it for pixels that were left empty because something moved there.
+    /// What the gate adds to it for pixels that were left empty because something moved there,
+    /// percent.
     float moved_mre = 0;
     /// The same of a fresh measurement, as far as the last one tells; holds where expected_mre
     /// does.

@@ -186,13 +186,13 @@ DepthView DepthPublication::composed() const {
 void DepthPublication::describe(FrameSource source, const Pose &from_world) {
     const auto all = static_cast<float>(camera_.width * camera_.height);
     const auto left_empty = static_cast<float>(composer_.left_empty());
-    const float covered = static_cast<float>(composer_.covered()) / all;
+    const auto covered = static_cast<float>(composer_.covered());
     estimate_.source = source;
-    estimate_.coverage = 100 * covered;
-    estimate_.relative_coverage = std::min(100 * covered / fresh_fill_, 100.0f);
+    estimate_.coverage = 100 * covered / all;
+    estimate_.relative_coverage = std::min(estimate_.coverage / fresh_fill_, 100.0f);
     estimate_.expected_mre = composer_.expected_mre();
     estimate_.moved_mre =
-        100 * options_.error.moving_error * left_empty / std::max(covered * all + left_empty, 1.0f);
+        100 * options_.error.moving_error * left_empty / std::max(covered + left_empty, 1.0f);
     estimate_.fresh_mre = 100 * (misplaced_ + fresh_scale_.scale() * fresh_error_);
     estimate_.pose = since_measurement(from_world);
     estimate_.world_from_camera = from_world.inverse();
