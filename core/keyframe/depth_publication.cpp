@@ -55,7 +55,7 @@ DepthPublication::DepthPublication(const KeyframeOptions &options, const Views &
     : views_(views), camera_(views.published), options_(options), composer_(views, options, pool),
       motion_mask_(views),
       flow_(views, options.alignment_template.coarsest_level, options.compose.follow_moving),
-      local_errors_(views.published), fresh_scale_(0.35, 0), carried_scale_(0.9, 0) {
+      local_errors_(views.published), fresh_scale_(0.35), carried_scale_(0.9) {
     estimate_.depth = composer_.depth();
     estimate_.confidence = composer_.confidence();
 }

@@ -28,7 +28,7 @@ void ErrorScale::learn(double true_error, double modelled_error, double share) {
 }
 
 float ErrorScale::scale() const {
-    return static_cast<float>(std::exp(m_ + (variance_ + spread_ * spread_) / 2));
+    return static_cast<float>(std::exp(m_ + variance_ / 2));
 }
 
 } // namespace afterglow

@@ -13,9 +13,8 @@ namespace afterglow {
 /// readings count less and bounds from below how certain m can become. Real-time safe; one thread.
 class ErrorScale {
 public:
-    /// `reading_deviation`: of the noise; `spread`: of ln r about m in the frames to come.
-    ErrorScale(double reading_deviation, double spread)
-        : reading_deviation_(reading_deviation), spread_(spread) {}
+    /// `reading_deviation`: standard deviation of the noise.
+    explicit ErrorScale(double reading_deviation) : reading_deviation_(reading_deviation) {}
 
     /// `true_error`, `modelled_error`: in the same unit, the latter without scale(). A pair that is
     /// not positive and finite is left out. One reading moves m as if it were off by 2.5 of its
@@ -23,11 +22,11 @@ public:
     /// noise grows as the inverse.
     void learn(double true_error, double modelled_error, double share = 1);
 
-    /// The factor: the mean of r in the frames to come, which is larger while m is not certain.
+    /// The factor: the mean of exp(m), which is larger while m is not certain.
     float scale() const;
 
 private:
-    double reading_deviation_, spread_;
+    double reading_deviation_;
     double m_ = 0;
     double variance_ = 0.6 * 0.6; ///< of m
 };
