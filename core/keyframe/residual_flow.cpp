@@ -265,28 +265,32 @@ void ResidualFlow::densify(const Search &in) {
         for (int u = area.left; u < area.right; ++u) {
             const float difference = least_(u, v);
             const std::int32_t owner = owner_(u, v);
+            Shift shift;
             if (difference > unlike_grey && difference < nothing_claimed)
-                set_shift(u, v, Shift::nowhere());
-            else
-                set_shift(u, v,
-                          owner < 0 ? Shift{}
-                                    : patches_.pixels()[static_cast<std::size_t>(owner)].shift);
+                shift = Shift::nowhere();
+            else if (owner >= 0)
+                shift = patches_.pixels()[static_cast<std::size_t>(owner)].shift;
+            any_ = any_ || shift != Shift{};
+            changed_ = changed_ || shift != shifts_(u, v);
+            shifts_(u, v) = shift;
         }
     area_ = differ ? area : Area{};
 }
 
-/// Leaves out all of the moving cells.
+/// All pixels of moving cells get their depth from nowhere.
 void ResidualFlow::leave_out(ImageView<const std::uint8_t> moving) {
     const int cell = MotionMask::cell_px >> level_;
-    for (int v = 0; v < shifts_.height(); ++v)
-        for (int u = 0; u < shifts_.width(); ++u)
-            set_shift(u, v, moving(u / cell, v / cell) != 0 ? Shift::nowhere() : Shift{});
-}
-
-void ResidualFlow::set_shift(int u, int v, const Shift &shift) {
-    any_ = any_ || shift != Shift{};
-    changed_ = changed_ || shift != shifts_(u, v);
-    shifts_(u, v) = shift;
+    for (int top = 0; top < shifts_.height(); top += cell)
+        for (int left = 0; left < shifts_.width(); left += cell) {
+            const bool moves = moving(left / cell, top / cell) != 0;
+            const Shift shift = moves ? Shift::nowhere() : Shift{};
+            any_ = any_ || moves;
+            if (shifts_(left, top) == shift)
+                continue;
+            changed_ = true;
+            for (int v = top; v < std::min(top + cell, shifts_.height()); ++v)
+                std::fill_n(shifts_.row(v) + left, std::min(cell, shifts_.width() - left), shift);
+        }
 }
 
 /// The pixels of all patches that were looked for.

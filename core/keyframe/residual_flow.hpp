@@ -49,7 +49,7 @@ public:
               ImageView<const std::uint8_t> moving);
 
     /// From where in the composed map a pixel gets its depth: so many pixels of the map farther
-    /// right and down; or from nowhere.
+    /// right and down. From nowhere(): it gets none.
     struct Shift {
         std::int16_t u = 0, v = 0;
         bool operator==(const Shift &) const = default;
@@ -102,7 +102,6 @@ private:
     Area area_of_patches() const;
     static Area joined(const Area &a, const Area &b);
     void leave_out(ImageView<const std::uint8_t> moving);
-    void set_shift(int u, int v, const Shift &shift);
 
     bool enabled_; ///< and the published camera is the tracking camera
     int level_;

@@ -48,7 +48,7 @@ int covered(DepthView map) {
     return count;
 }
 
-/// Share of the pixels of a cell for which the keyframe has nothing to show.
+/// Share of the pixels of a cell that get their depth from nowhere.
 double from_nowhere(const ResidualFlow &flow, int x, int y) {
     const int cell = MotionMask::cell_px >> flow.level();
     int count = 0;
@@ -176,7 +176,7 @@ TEST_CASE("residual flow is found in moving cells, and forgotten with its keyfra
         CHECK_FALSE(flow.any());
         CHECK(flow.changed());
     }
-    SECTION("what nothing in the keyframe looks like is from nowhere") {
+    SECTION("pixels that look like nothing in the keyframe get depth from nowhere") {
         Luma other(320, 240);
         for (int v = 0; v < 240; ++v)
             for (int u = 0; u < 320; ++u)
@@ -188,7 +188,7 @@ TEST_CASE("residual flow is found in moving cells, and forgotten with its keyfra
     }
 }
 
-TEST_CASE("residual flow that is turned off, or of another view, leaves out moving cells",
+TEST_CASE("pixels of moving cells get no depth where residual flow is off or of another view",
           "[core]") {
     const Film film = film_box(at_rest(), 1);
     Views views(film.camera);
