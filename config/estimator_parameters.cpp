@@ -165,8 +165,8 @@ void add_keyframe(ParameterTable &table, KeyframeOptions &k, std::string &sensor
               "Part of the sensor's noise that smoothing leaves; lower it when "
               "surface.smooth_radius_px is raised.");
     table.add("error.moving_error", &k.error.moving_error, {0, 1, "of depth"},
-              "What a pixel counts for in gate.target_mre if it is left empty because something "
-              "moves there; raise it when moving things should be measured more often.");
+              "Error that the gate assumes of a pixel that has no depth because something moves "
+              "there; raise it when moving things should be measured more often.");
 }
 
 void add_gate(ParameterTable &table, GatePolicy &gate) {

@@ -50,12 +50,12 @@ struct Estimate {
     bool tracked = false;
     /// Predicted mean relative error, percent. Negative: this preset does not predict it.
     float expected_mre = -1;
-    /// What the gate adds to it for pixels that were left empty because something moved there,
-    /// percent.
-    float moved_mre = 0;
     /// The same of a fresh measurement, as far as the last one tells; holds where expected_mre
     /// does.
     float fresh_mre = 0;
+    /// What the gate adds to expected_mre for pixels that have no depth because something moved
+    /// there, percent.
+    float moved_mre = 0;
     /// Percent of the pixels that have depth.
     float coverage = 0;
     /// Percent of the pixels that a fresh measurement would cover, as far as the last one tells.

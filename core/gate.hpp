@@ -117,13 +117,13 @@ private:
     bool requested_ = false;
     GateReason reason_ = GateReason::none;
     bool budget_spent_ = false;
-    /// Expected of the first estimate since the measurement, what moved there included.
-    double first_mre_ = 0;
-    double excess_ = 0;         ///< sum of excess_of() since the measurement
-    double first_coverage_ = 0; ///< relative, of the same
-    double last_mre_ = 0;       ///< first_mre_, of the last estimate
-    double fresh_mre_ = 0;      ///< and of a measurement then
-    bool lost_ = false;         ///< the last image had no usable estimate
+    // Percent: expected_mre and moved_mre of the first estimate since the measurement, and of the
+    // last one; relative coverage of the first; fresh_mre of the last.
+    double first_mre_ = 0, last_mre_ = 0;
+    double first_coverage_ = 0;
+    double fresh_mre_ = 0;
+    double excess_ = 0; ///< sum of excess_of() since the measurement
+    bool lost_ = false; ///< the last image had no usable estimate
     /// By how much more the error grew from image to image, when last seen, as a share of what
     /// carrying a map for one image adds to a fresh one's.
     double growth_ = 0;

@@ -35,9 +35,9 @@ template <class Work>
         work(single, i);
 }
 
-/// Calls work(i) for whole vectors of `lanes` values, of `count` values in all, at least one
-/// vector. The last vector may begin before the end of the one before: it must do no harm to do
-/// work twice.
+/// Calls work(first) for the first value of each vector of `lanes` values. All vectors are whole
+/// and are among `count` values, at least `lanes`, so that the last one may begin before the end of
+/// the one before: it must do no harm to do work twice.
 template <class Work>
 [[maybe_unused]] HWY_API void for_overlapping_vectors(int lanes, int count, const Work &work) {
     const int last = count - lanes;

@@ -19,8 +19,8 @@ struct ErrorOptions {
     float intrinsics = 0.01f;
     /// Part of a sensor's depth error that smoothing does not remove.
     float shared_noise = 0.7f;
-    /// Relative error for which a pixel counts with the gate that is left empty because something
-    /// moved there.
+    /// Relative error that the gate assumes of a pixel that has no depth because something moved
+    /// there.
     float moving_error = 0.05f;
 };
 

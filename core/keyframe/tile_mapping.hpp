@@ -99,9 +99,9 @@ private:
     struct Tile {
         SurfacePart seen; ///< of the surface on it
         TileContent content = TileContent::nothing;
-        bool one_surface =
-            false;             ///< the whole tile is in the view, and shows points of one surface
         float parallax_px = 0; ///< between its nearest and its farthest point
+        /// The whole tile is in the view, and all points on it are of one surface.
+        bool one_surface = false;
     };
     /// What some rows of pieces are seen on.
     struct Share {
@@ -146,7 +146,8 @@ private:
     Image<std::uint8_t> landing_; ///< by piece: whether it is seen in, or around, mixed tiles
     std::vector<std::uint8_t> landing_rows_, mixed_rows_; ///< which have such pieces, tiles
     Image<ViewRay> rays_;                                 ///< of the corners of tiles
-    Image<float> millimetres_;                   ///< read there at a depth of one metre in the view
+    /// Of the same corners: how many millimetres are read for each metre of depth in the view.
+    Image<float> millimetres_;
     Image<std::optional<MappedCorner>> corners_; ///< of tiles that may show one surface
     Image<MappedTile> mapped_;
 };

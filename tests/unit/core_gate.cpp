@@ -31,7 +31,8 @@ TEST_CASE("the gate in mode auto passes on the estimator's request until measure
     CHECK_FALSE(gate.wants_light(good));
 }
 
-TEST_CASE("what moved counts with the expected error", "[core]") {
+TEST_CASE("the gate adds the error of pixels where something moved to the expected error",
+          "[core]") {
     const GatePolicy policy{.target_mre = 2, .measurement_price = 0};
     Estimate moved = expecting(1.5);
     Gate gate = measured_gate(policy);

@@ -46,7 +46,8 @@ struct Watched {
 
 } // namespace
 
-TEST_CASE("what moves and cannot be followed has no depth, and the gate counts it", "[core]") {
+TEST_CASE("a moving box that cannot be followed has no depth, and the gate is told of it",
+          "[core]") {
     const Watched moving(8), still(0); // 76 degrees
     REQUIRE(moving.estimate.source == FrameSource::estimated);
     int on_box = 0, beside = 0; // empty because of the motion
@@ -66,13 +67,14 @@ TEST_CASE("what moves and cannot be followed has no depth, and the gate counts i
               .epsilon(0.1));
 }
 
-TEST_CASE("a rigid scene with occlusions is shown whole", "[core]") {
+TEST_CASE("no pixel is left empty for motion in a rigid scene with occlusions", "[core]") {
     const Watched w(0);
     REQUIRE(w.estimate.source == FrameSource::estimated);
     CHECK(w.estimate.moved_mre == 0);
 }
 
-TEST_CASE("a static room is shown whole to a hand-held camera", "[core]") {
+TEST_CASE("fewer than 1 % of the pixels are left empty for motion in a static room with noise",
+          "[core]") {
     SyntheticOptions room = options;
     room.noise = true;
     SyntheticTruth truth(room);
