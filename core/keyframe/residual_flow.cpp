@@ -79,7 +79,12 @@ void ResidualFlow::find(const Then &then, const Pyramid &now, const Placement &a
         return;
     }
     const Search in = {then, now.level(level_), at, at.pose.inverse(), composed};
-    choose_patches(moving);
+    if (choose_patches(moving))
+        match_patches(in);
+    densify(in);
+}
+
+void ResidualFlow::match_patches(const Search &in) {
     // A patch tries the flow of its neighbours: from the top left on, then from the bottom right
     // on.
     for (int y = 0; y < patches_.height(); ++y)
@@ -90,11 +95,12 @@ void ResidualFlow::find(const Then &then, const Pyramid &now, const Placement &a
         for (int x = patches_.width() - 1; x >= 0; --x)
             if (patches_(x, y).searched)
                 match_again(x, y, in);
-    densify(in);
 }
 
-/// Marks the patches that touch a moving cell, or one near it, as searched.
-void ResidualFlow::choose_patches(ImageView<const std::uint8_t> moving) {
+/// Marks the patches that touch a moving cell, or one near it, as searched. Returns whether a cell
+/// moves.
+bool ResidualFlow::choose_patches(ImageView<const std::uint8_t> moving) {
+    bool any = false;
     for (Patch &patch : patches_.pixels())
         patch.searched = false;
     const int cell = MotionMask::cell_px >> level_;
@@ -107,6 +113,7 @@ void ResidualFlow::choose_patches(ImageView<const std::uint8_t> moving) {
         for (int x = 0; x < moving.width(); ++x) {
             if (moving(x, y) == 0)
                 continue;
+            any = true;
             const auto [left, right] = touching(x, patches_.width());
             const auto [top, bottom] = touching(y, patches_.height());
             for (int j = top; j < bottom; ++j)
@@ -118,6 +125,7 @@ void ResidualFlow::choose_patches(ImageView<const std::uint8_t> moving) {
             patch.moves = patch.unlike = false;
             patch.flow = {0, 0};
         }
+    return any;
 }
 
 /// Where the camera's motion puts, in the keyframe's image, the patch with this first pixel.

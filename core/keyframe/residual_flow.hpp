@@ -88,7 +88,8 @@ private:
         int left = 0, top = 0, right = 0, bottom = 0;
     };
 
-    void choose_patches(ImageView<const std::uint8_t> moving);
+    bool choose_patches(ImageView<const std::uint8_t> moving);
+    void match_patches(const Search &in);
     void match(int x, int y, const Search &in);
     void match_again(int x, int y, const Search &in);
     static bool differs(const Patch &patch, const Patch &neighbour);
