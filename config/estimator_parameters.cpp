@@ -158,9 +158,6 @@ void add_keyframe(ParameterTable &table, KeyframeOptions &k, std::string &sensor
     table.add("error.edge_registration_px", &k.error.edge_registration_px, {0, 20, "pixels"},
               "Misplacement of depth edges in measured maps (one sigma); raise it for a poor "
               "registration of the two cameras.");
-    table.add("error.intrinsics", &k.error.intrinsics, {0, 1, "of motion"},
-              "Pixels of error per pixel of motion by lens distortion and wrong intrinsics; raise "
-              "it for an uncalibrated camera.");
     table.add("error.shared_noise", &k.error.shared_noise, {0, 1, "of sigma"},
               "Part of the sensor's noise that smoothing leaves; lower it when "
               "surface.smooth_radius_px is raised.");

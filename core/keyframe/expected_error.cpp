@@ -57,10 +57,8 @@ MapError map_error(const DepthSurface &surface, const Views &views, const Pose &
     const double fx = camera.fx, fy = camera.fy;
     const Eigen::Matrix<double, 6, 6> A = adjoint(views.surface_from_tracking);
     const Eigen::Matrix<double, 6, 6> C = A * covariance.cast<double>() * A.transpose();
-    const Pose at_rest = views.published_from_surface();
     double depth_variance = 0;
     double shift_variance = 0;
-    float motion = 0;
     int sampled = 0;
     for (int v = grid / 2; v < camera.height - reach; v += grid)
         for (int u = grid / 2; u < camera.width - reach; u += grid) {
@@ -74,7 +72,6 @@ MapError map_error(const DepthSurface &surface, const Views &views, const Pose &
             const Eigen::Vector2d p = to.project(Y);
             if (!(p.x() >= 0 && p.y() >= 0 && p.x() < to.width && p.y() < to.height))
                 continue;
-            motion += static_cast<float>((p - to.project(at_rest * X)).norm());
             ++sampled;
             // Inverse depth is linear in the image on a plane: its gradient is the normal.
             Eigen::Vector3d n{0, 0, 1.0 / z};
@@ -93,12 +90,8 @@ MapError map_error(const DepthSurface &surface, const Views &views, const Pose &
     MapError e;
     if (sampled == 0)
         return e;
-    const float count = static_cast<float>(sampled);
-    e.motion_px = motion / count;
     e.pose_relative = static_cast<float>(std::sqrt(std::max(0.0, depth_variance / sampled)));
-    const float calibration_px = options.intrinsics * e.motion_px;
-    e.shift_px = std::sqrt(static_cast<float>(std::max(0.0, shift_variance / sampled)) +
-                           calibration_px * calibration_px);
+    e.shift_px = static_cast<float>(std::sqrt(std::max(0.0, shift_variance / sampled)));
     e.slope = surface.slope();
     e.misplaced = difference_at(
         surface.z(), static_cast<int>(std::lround(calibration_shift * static_cast<float>(fx))));

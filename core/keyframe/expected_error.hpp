@@ -15,8 +15,6 @@ namespace afterglow {
 struct ErrorOptions {
     /// Misplacement of a depth edge in the sensor's own maps, pixels (Kinect-class: 1 to 2).
     float edge_registration_px = 1.2f;
-    /// Pixels of error per pixel of image motion: lens distortion and wrong intrinsics.
-    float intrinsics = 0.01f;
     /// Part of a sensor's depth error that smoothing does not remove.
     float shared_noise = 0.7f;
     /// Relative error that the gate assumes of a pixel that has no depth because something moved
@@ -28,7 +26,6 @@ struct ErrorOptions {
 struct MapError {
     float pose_relative = 0; ///< depth error by pose error, share of depth, one sigma
     float shift_px = 0;      ///< image position error, one sigma
-    float motion_px = 0;     ///< mean image motion since the keyframe
     float slope = 0;         ///< |dz|/z per pixel inside surfaces
     /// Share of the depth, of a calibration that is known to be wrong. Maps agree about it, so that
     /// measurements cannot tell: it is not part of pixel_error().
