@@ -45,8 +45,14 @@ void FrameLoop::set_geometry(const RigGeometry &geometry) {
     assert(geometry_.same_sizes(geometry));
     geometry_ = geometry;
     pipeline_ = make_(geometry_);
+    pipeline_->want_confidence(confidence_wanted_);
     earlier_worlds_ = last_world_;
     gate_.restart();
+}
+
+void FrameLoop::want_confidence(bool wanted) {
+    confidence_wanted_ = wanted;
+    pipeline_->want_confidence(wanted);
 }
 
 Status FrameLoop::start() {

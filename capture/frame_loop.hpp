@@ -68,6 +68,8 @@ public:
     FrameResult step(std::chrono::nanoseconds timeout);
 
     Gate &gate() { return gate_; }
+    /// Pipeline::want_confidence(), for this pipeline and those that follow it.
+    void want_confidence(bool wanted);
 
 private:
     bool is_trusted(FrameResult &result);
@@ -80,6 +82,7 @@ private:
     PipelineFactory make_;
     RigGeometry geometry_;
     std::unique_ptr<Pipeline> pipeline_;
+    bool confidence_wanted_ = true;
     std::uint32_t earlier_worlds_ = 0; ///< those of the pipelines before, which counted from 1, too
     std::uint32_t last_world_ = 0;     ///< as published
     Gate gate_;

@@ -70,7 +70,8 @@ struct Estimate {
     /// Millimetres; valid until the estimator's next call.
     DepthView depth{};
     /// Of each pixel of `depth`: no_confidence, measured_confidence, or for estimated depth the
-    /// expected relative error (estimated_confidence(), unknown_confidence).
+    /// expected relative error (estimated_confidence(), unknown_confidence). Empty where nobody
+    /// wants it (Pipeline::want_confidence()).
     ImageView<const std::uint8_t> confidence{};
 };
 

@@ -47,6 +47,10 @@ public:
     /// The cameras have paused: depth from before says nothing about after it and is forgotten.
     /// What was learnt about the cameras stays.
     virtual void restart() = 0;
+    /// Whether anybody reads the confidences of the estimates that come; at first somebody does.
+    /// Estimate::confidence may be empty while nobody does, to save work; nothing else depends on
+    /// it.
+    virtual void want_confidence(bool /*wanted*/) {}
 };
 
 /// Makes a pipeline for these cameras.

@@ -49,6 +49,7 @@ std::chrono::nanoseconds CaptureSession::turn(const Orders &orders, Time now) {
     if (!tof_running_ && now >= tof_retry_)
         start_tof(now);
 
+    loop_.want_confidence(ring_.confidence_wanted());
     const FrameResult result = loop_.step(frame_timeout);
     if (const std::string warning = rig_.tof->take_warning(); !warning.empty())
         outbox_.note(Priority::warning, warning);

@@ -68,6 +68,7 @@ public:
     const Estimate &measure(const DepthMap &depth) { return pipeline_->measure(depth); }
     void prepare() { pipeline_->prepare(); }
     void restart() { pipeline_->restart(); }
+    void want_confidence(bool wanted) { pipeline_->want_confidence(wanted); }
 
     static constexpr std::int64_t frame_ns = 33'333'333;
 
@@ -78,11 +79,11 @@ private:
     std::int64_t t_ns_ = 0;
 };
 
-inline DepthMap copy(DepthView view) {
-    DepthMap map(view.width(), view.height());
-    for (int v = 0; v < view.height(); ++v)
-        std::copy_n(view.row(v), view.width(), map.row(v));
-    return map;
+template <class T>
+Image<T> copy(ImageView<const T> view) {
+    Image<T> image(view.width(), view.height());
+    copy_pixels(view, image.view());
+    return image;
 }
 
 } // namespace afterglow::testing

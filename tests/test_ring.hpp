@@ -70,8 +70,8 @@ public:
     }
 
     /// A stream on this ring.
-    Stream open(bool images = true, uid_t user = 1) {
-        Result<UniqueFd> socket = streams_->open(user, images);
+    Stream open(const StreamOptions &options = {.images = true}, uid_t user = 1) {
+        Result<UniqueFd> socket = streams_->open(user, options);
         REQUIRE(socket);
         afterglow_stream *stream = nullptr;
         REQUIRE(afterglow_open_fd(socket->release(), &stream) == 0);

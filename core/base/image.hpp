@@ -87,6 +87,13 @@ ImageView<T> part_of(ImageView<T> image, int u, int v, int width, int height) {
     return {image.row(v) + u, width, height, image.stride()};
 }
 
+/// One row in `every` of a view, from the first on.
+template <class T>
+ImageView<T> every_row(ImageView<T> image, int every) {
+    return {image.data(), image.width(), (image.height() + every - 1) / every,
+            image.stride() * every};
+}
+
 /// Copies the pixels of one view to another of its size.
 template <class T>
 void copy_pixels(std::type_identity_t<ImageView<const T>> from, ImageView<T> to) {

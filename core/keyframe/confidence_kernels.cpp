@@ -17,18 +17,22 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-std::uint32_t look_up_singly(const std::uint16_t *depth, const std::uint8_t *classes, int count,
-                             const Confidences &of, std::uint8_t *confidence) {
-    std::uint32_t sum = 0;
+void look_up_singly(const std::uint16_t *depth, const std::uint8_t *classes, int count,
+                    const Confidences &of, std::uint8_t *confidence) {
     for (int i = 0; i < count; ++i) {
         const std::uint8_t found = depth[i] == 0
                                        ? no_confidence
                                        : of.table[place_in_table(classes[i], depth_bin(depth[i]))];
         const int least = std::min(found, unknown_confidence);
         confidence[i] = static_cast<std::uint8_t>(std::max(found - of.less, least));
-        sum += confidence[i];
     }
-    return sum;
+}
+
+ConfidenceSum sum_singly(const std::uint8_t *confidence, int count) {
+    ConfidenceSum found;
+    for (int i = 0; i < count; ++i)
+        found += {confidence[i], confidence[i] != no_confidence ? 1 : 0};
+    return found;
 }
 
 #if HWY_TARGET == HWY_SCALAR
@@ -38,13 +42,19 @@ public:
     RunLookUp(const Confidences &of, int /*bin*/) : of_(of) {}
     void operator()(const std::uint16_t *depth, const std::uint8_t *classes,
                     std::uint8_t *confidence) {
-        sum_ += look_up_singly(depth, classes, run, of_, confidence);
+        look_up_singly(depth, classes, run, of_, confidence);
     }
-    std::uint32_t sum() const { return sum_; }
 
 private:
     const Confidences of_;
-    std::uint32_t sum_ = 0;
+};
+class RunSum {
+public:
+    void operator()(const std::uint8_t *confidence) { found_ += sum_singly(confidence, run); }
+    ConfidenceSum get() const { return found_; }
+
+private:
+    ConfidenceSum found_;
 };
 #else
 /// So many pixels at once: a table of two bins has as many bytes.
@@ -88,23 +98,17 @@ public:
         const auto elsewhere = hn::Or(hn::Or(before, beyond), hn::BitCast(d, layer));
         const auto none = hn::Zero(d);
         if (hn::AllTrue(d, hn::Eq(elsewhere, none)))
-            put(found(left, right, of), confidence);
+            hn::StoreU(found(left, right, of), d8, confidence);
         else if (hn::AllTrue(d8, hn::Eq(layer, hn::Zero(d8))))
             look_up_all(left, right, of,
                         narrowed(hn::Or(in_bins(left), hn::Eq(left, none)),
                                  hn::Or(in_bins(right), hn::Eq(right, none))),
                         confidence);
         else
-            singly_ += look_up_singly(depth, classes, run, of_, confidence);
-    }
-    /// Of all confidences.
-    std::uint32_t sum() const {
-        return singly_ + static_cast<std::uint32_t>(hn::GetLane(hn::SumOfLanes(Sums(), sums_)));
+            look_up_singly(depth, classes, run, of_, confidence);
     }
 
 private:
-    using Sums = hn::Repartition<std::uint64_t, Classes>;
-
     void go_to(int bin) {
         bin_ = std::min(bin, depth_bins - 2);
         before_bins_ = static_cast<std::uint16_t>(first_of_bin(bin_) - 1);
@@ -133,11 +137,6 @@ private:
         const auto place = hn::Or(of, hn::And(in_next, hn::Set(d8, class_layer)));
         return hn::TableLookupBytes(confidences_, place);
     }
-    template <class V8>
-    void put(V8 confidences, std::uint8_t *to) {
-        hn::StoreU(confidences, Classes(), to);
-        sums_ = hn::Add(sums_, hn::SumsOf8(confidences));
-    }
     /// A run of more than two bins: looks up two bins at a time, beginning with that of the nearest
     /// depth that is not `done`, until all are.
     template <class V, class V8>
@@ -159,7 +158,7 @@ private:
             all = hn::Or(all, hn::And(found(left, right, of), hn::AndNot(done, now)));
             done = hn::Or(done, now);
         }
-        put(all, confidence);
+        hn::StoreU(all, d8, confidence);
     }
 
     const Confidences of_;
@@ -168,15 +167,43 @@ private:
     std::uint16_t last_of_bin_;    ///< the greatest one in the first bin, millimetres
     std::uint16_t last_of_bins_;   ///< the greatest one in both, millimetres
     hn::Vec<Classes> confidences_; ///< of both bins
-    hn::Vec<Sums> sums_ = hn::Zero(Sums());
-    std::uint32_t singly_ = 0;
+};
+
+/// Sums up runs of confidences.
+class RunSum {
+public:
+    RunSum() : sums_(hn::Zero(Sums())), pixels_(hn::Zero(Sums())) {} // not implicit: for the target
+    void operator()(const std::uint8_t *confidence) {
+        const Classes d8;
+        const auto of = hn::LoadU(d8, confidence);
+        sums_ = hn::Add(sums_, hn::SumsOf8(of));
+        pixels_ = hn::Add(pixels_, hn::SumsOf8(hn::Min(of, hn::Set(d8, 1))));
+    }
+    ConfidenceSum get() const {
+        const Sums d;
+        return {hn::GetLane(hn::SumOfLanes(d, sums_)),
+                static_cast<int>(hn::GetLane(hn::SumOfLanes(d, pixels_)))};
+    }
+
+private:
+    using Sums = hn::Repartition<std::uint64_t, Classes>;
+    hn::Vec<Sums> sums_, pixels_;
 };
 
 #endif
 
-std::uint32_t look_up(const JudgedPixels &pixels, const Confidences &of, int first_bin,
-                      ImageView<std::uint8_t> confidence) {
-    std::uint32_t sum = 0;
+ConfidenceSum sum_of(const std::uint8_t *confidence, int count) {
+    RunSum sum_run;
+    int u = 0;
+    for (; u + run <= count; u += run)
+        sum_run(confidence + u);
+    ConfidenceSum found = sum_run.get();
+    found += sum_singly(confidence + u, count - u);
+    return found;
+}
+
+ConfidenceSum look_up(const JudgedPixels &pixels, const Confidences &of, int first_bin,
+                      int summed_row, ImageView<std::uint8_t> confidence) {
     RunLookUp look_up_run(of, first_bin);
     int u = 0;
     for (; u + run <= confidence.width(); u += run) {
@@ -191,9 +218,12 @@ std::uint32_t look_up(const JudgedPixels &pixels, const Confidences &of, int fir
         }
     }
     for (int v = 0; v < confidence.height(); ++v)
-        sum += look_up_singly(pixels.depth.row(v) + u, pixels.classes.row(v) + u,
-                              confidence.width() - u, of, confidence.row(v) + u);
-    return sum + look_up_run.sum();
+        look_up_singly(pixels.depth.row(v) + u, pixels.classes.row(v) + u, confidence.width() - u,
+                       of, confidence.row(v) + u);
+    ConfidenceSum found;
+    for (int v = 0; v < confidence.height(); v += summed_row)
+        found += sum_of(confidence.row(v), confidence.width());
+    return found;
 }
 
 void compare_singly(const ComparedPixels &in, int v, int first, float misplaced,
@@ -264,40 +294,36 @@ Overlaid overlay(const std::uint16_t *HWY_RESTRICT measured, int count,
 #if HWY_TARGET != HWY_SCALAR
     const Depths d;
     const Classes d8;
-    const hn::Repartition<std::uint64_t, Classes> sums;
     const auto none = hn::Zero(d);
-    auto gained = hn::Zero(sums);
-    auto covered = none, missing = none;
+    RunSum sum_run;
+    auto missing = none;
     // Measures the pixels from `at` on; returns where nothing is measured.
     const auto measure = [&](int at) HWY_ATTR {
-        const auto in = hn::LoadU(d, measured + at), was = hn::LoadU(d, depth + at);
+        const auto in = hn::LoadU(d, measured + at);
         const auto nothing = hn::VecFromMask(d, hn::Eq(in, none));
         missing = hn::Sub(missing, nothing);
-        hn::StoreU(hn::Or(in, hn::And(nothing, was)), d, depth + at);
-        covered = hn::Sub(covered, hn::AndNot(nothing, hn::VecFromMask(d, hn::Eq(was, none))));
+        hn::StoreU(hn::Or(in, hn::And(nothing, hn::LoadU(d, depth + at))), d, depth + at);
         return hn::MaskFromVec(nothing);
     };
     for (; u + run <= count; u += run) {
         const auto left = measure(u), right = measure(u + run / 2);
-        const auto nothing = narrowed(left, right);
-        const auto before = hn::LoadU(d8, confidence + u);
-        gained = hn::Add(gained, hn::SumsOf8(hn::Not(hn::Or(before, nothing))));
-        hn::StoreU(hn::Or(before, hn::Not(nothing)), d8, confidence + u);
+        const auto there = hn::Not(narrowed(left, right));
+        hn::StoreU(hn::Or(hn::LoadU(d8, confidence + u), there), d8, confidence + u);
+        sum_run(confidence + u);
     }
     static_assert(measured_confidence == 0xff);
-    found.gained = static_cast<std::int64_t>(hn::GetLane(hn::SumOfLanes(sums, gained)));
-    found.covered = static_cast<int>(hn::GetLane(hn::SumOfLanes(d, covered)));
+    found.covered = sum_run.get();
     found.measured = u - static_cast<int>(hn::GetLane(hn::SumOfLanes(d, missing)));
 #endif
+    const int first = u;
     for (; u < count; ++u) {
         if (measured[u] == 0)
             continue;
         ++found.measured;
-        found.covered += static_cast<int>(depth[u] == 0);
-        found.gained += measured_confidence - confidence[u];
         depth[u] = measured[u];
         confidence[u] = measured_confidence;
     }
+    found.covered += sum_singly(confidence + first, count - first);
     return found;
 }
 
@@ -315,9 +341,9 @@ HWY_EXPORT(overlay);
 
 } // namespace
 
-std::uint32_t look_up_confidences(const JudgedPixels &pixels, const Confidences &of, int first_bin,
-                                  ImageView<std::uint8_t> confidence) {
-    return HWY_DYNAMIC_DISPATCH(look_up)(pixels, of, first_bin, confidence);
+ConfidenceSum look_up_confidences(const JudgedPixels &pixels, const Confidences &of, int first_bin,
+                                  int summed_row, ImageView<std::uint8_t> confidence) {
+    return HWY_DYNAMIC_DISPATCH(look_up)(pixels, of, first_bin, summed_row, confidence);
 }
 
 ComparedErrors compare_errors(const ComparedPixels &pixels, float misplaced) {

@@ -46,10 +46,23 @@ struct Confidences {
     const std::uint8_t *table; ///< 0 for class 0
     std::uint8_t less;
 };
+/// Of some pixels that have depth.
+struct ConfidenceSum {
+    std::uint64_t sum = 0; ///< of their confidences
+    int pixels = 0;
+
+    ConfidenceSum &operator+=(const ConfidenceSum &other) {
+        sum += other.sum;
+        pixels += other.pixels;
+        return *this;
+    }
+    bool operator==(const ConfidenceSum &) const = default;
+};
 /// Looks up the confidences of the pixels that have depth, beginning with `first_bin` and the next;
-/// others get none, their class is 0. Returns the sum of the confidences. Real-time safe.
-std::uint32_t look_up_confidences(const JudgedPixels &pixels, const Confidences &of, int first_bin,
-                                  ImageView<std::uint8_t> confidence);
+/// others get none, their class is 0. Sums up one row in `summed_row`, from the first on.
+/// Real-time safe.
+ConfidenceSum look_up_confidences(const JudgedPixels &pixels, const Confidences &of, int first_bin,
+                                  int summed_row, ImageView<std::uint8_t> confidence);
 
 /// Pixels of a composed map (millimetres, 0 = none) with their confidences, and the same pixels
 /// measured.
@@ -62,11 +75,10 @@ struct ComparedPixels {
 /// counts without the share `misplaced`, and as confidence_step at least. Real-time safe.
 ComparedErrors compare_errors(const ComparedPixels &pixels, float misplaced);
 
-/// What a measured map changes where it is laid over another one.
+/// Of a row over which a measured one was laid.
 struct Overlaid {
-    int measured = 0;        ///< pixels that are measured
-    int covered = 0;         ///< pixels that had no depth and have it now
-    std::int64_t gained = 0; ///< sum of the confidences, by how much it is more
+    int measured = 0; ///< pixels that are measured
+    ConfidenceSum covered;
 };
 /// Pixels of a row that are measured (millimetres, 0 = none) get that depth and
 /// measured_confidence. Real-time safe.

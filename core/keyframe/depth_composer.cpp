@@ -5,8 +5,6 @@
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <functional>
-#include <numeric>
 #include <utility>
 
 namespace afterglow {
@@ -19,8 +17,20 @@ constexpr float least_visible_share = 0.1f;
 /// nearer or farther by this share of its depth.
 constexpr float same_place_px = 0.25f, same_depth = 0.001f;
 
+/// Of one row in so many the confidences tell a map's expected error: they change little from row
+/// to row.
+constexpr int summed_row = 4;
+
 /// Confidences of a cell are made anew when its local error has changed by this factor.
 constexpr float noticed_growth = 1.1f;
+
+int pixels_with_depth(DepthView depth) {
+    int count = 0;
+    for (int v = 0; v < depth.height(); ++v)
+        count += static_cast<int>(std::count_if(depth.row(v), depth.row(v) + depth.width(),
+                                                [](std::uint16_t mm) { return mm != 0; }));
+    return count;
+}
 
 /// The pixels of one of MotionMask's cells.
 template <class T>
@@ -48,7 +58,9 @@ void DepthComposer::clear() {
     std::ranges::fill(depth_.pixels(), std::uint16_t{0});
     std::ranges::fill(confidence_.pixels(), std::uint8_t{0});
     covered_ = left_empty_ = layer_count_ = 0;
-    confidence_sum_ = 0;
+    judged_ = {};
+    for (Cell &cell : cells_.pixels())
+        cell.unfinished = false;
 }
 
 void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const Pose &now,
@@ -127,8 +139,7 @@ void DepthComposer::displace_run(int left, int right, int top, int bottom,
     const int first = std::clamp(-shift.u, left, right);
     const int end = std::clamp(depth_.width() - shift.u, first, right);
     const auto count = [&](const std::uint16_t *row) {
-        return static_cast<int>(
-            std::count_if(row + left, row + right, [](std::uint16_t mm) { return mm != 0; }));
+        return pixels_with_depth({row + left, right - left, 1});
     };
     for (int v = top; v < bottom; ++v) {
         std::uint16_t *const depth = depth_.row(v);
@@ -272,22 +283,30 @@ DepthComposer::ConfidenceTable DepthComposer::confidences(const ErrorScales &sca
     return table;
 }
 
-void DepthComposer::judge(const Doubts &doubts) {
-    if (!find_doubts(doubts))
+void DepthComposer::judge(const Doubts &doubts, bool all) {
+    if (!find_doubts(doubts, all))
         return;
-    const ConfidenceTable table = confidences(doubts.scales);
+    table_ = confidences(doubts.scales);
     pool_.run(cells_.height(), [&](int y) {
         for (int x = 0; x < cells_.width(); ++x)
-            if (Cell &cell = cells_(x, y); cell.judge)
-                cell.sum = judge_cell(x, y, table);
+            if (cells_(x, y).judge)
+                judge_cell(x, y, all);
     });
-    confidence_sum_ =
-        std::transform_reduce(cells_.pixels().begin(), cells_.pixels().end(), std::uint64_t{0},
-                              std::plus<>(), [](const Cell &cell) { return cell.sum; });
+    judged_ = {};
+    for (const Cell &cell : cells_.pixels())
+        judged_ += cell.judged;
+}
+
+void DepthComposer::judge_rest() {
+    pool_.run(cells_.height(), [&](int y) {
+        for (int x = 0; x < cells_.width(); ++x)
+            if (cells_(x, y).unfinished)
+                judge_cell(x, y, true);
+    });
 }
 
 /// Whether there is a cell to judge.
-bool DepthComposer::find_doubts(const Doubts &doubts) {
+bool DepthComposer::find_doubts(const Doubts &doubts, bool all_rows) {
     const bool all = drawn_anew_ || doubts.scales != scales_;
     scales_ = doubts.scales;
     bool any = false;
@@ -297,7 +316,8 @@ bool DepthComposer::find_doubts(const Doubts &doubts) {
             const float local = doubts.local ? doubts.local->expected()(x, y) : 0;
             const float noticed =
                 std::max(confidence_step, (noticed_growth - 1) * std::min(local, cell.local));
-            cell.judge = all || cell.changed || std::abs(local - cell.local) > noticed;
+            cell.judge = all || cell.changed || (all_rows && cell.unfinished) ||
+                         std::abs(local - cell.local) > noticed;
             cell.changed = false;
             if (!cell.judge)
                 continue;
@@ -307,16 +327,19 @@ bool DepthComposer::find_doubts(const Doubts &doubts) {
     return any;
 }
 
-std::uint32_t DepthComposer::judge_cell(int x, int y, const ConfidenceTable &table) {
+void DepthComposer::judge_cell(int x, int y, bool all_rows) {
+    const int every = all_rows ? 1 : summed_row;
     const auto depth = cell_of(depth_.view(), x, y);
-    const Cell &cell = cells_(x, y);
+    Cell &cell = cells_(x, y);
     // The expected error is linear in the confidence; less than a step of it is left out.
     const float steps = std::min(cell.local / confidence_step, 254.0f);
     const float less = steps < 1 ? 0 : std::ceil(steps);
     const std::uint16_t middle = depth(depth.width() / 2, depth.height() / 2);
-    return look_up_confidences({depth, cell_of(classes_.view(), x, y)},
-                               {table.data(), static_cast<std::uint8_t>(less)}, depth_bin(middle),
-                               cell_of(confidence_.view(), x, y));
+    cell.judged = look_up_confidences(
+        {every_row(depth, every), every_row(cell_of(classes_.view(), x, y), every)},
+        {table_.data(), static_cast<std::uint8_t>(less)}, depth_bin(middle), summed_row / every,
+        every_row(cell_of(confidence_.view(), x, y), every));
+    cell.unfinished = !all_rows;
 }
 
 ImageView<const ComparedErrors> DepthComposer::compare(DepthView measured) {
@@ -332,22 +355,23 @@ ImageView<const ComparedErrors> DepthComposer::compare(DepthView measured) {
 int DepthComposer::overlay(DepthView measured) {
     displaced_ = false;
     left_empty_ = layer_count_ = 0;
+    judged_ = {};
     int pixels = 0;
     for (int v = 0; v < camera_.height; ++v) {
         const Overlaid row =
             lay_over(measured.row(v), camera_.width, depth_.row(v), confidence_.row(v));
         pixels += row.measured;
-        covered_ += row.covered;
-        confidence_sum_ += static_cast<std::uint64_t>(row.gained);
+        judged_ += row.covered;
     }
+    covered_ = judged_.pixels;
     return pixels;
 }
 
 float DepthComposer::expected_mre() const {
-    if (covered_ == 0)
+    if (judged_.pixels == 0)
         return 100;
     // The expected error is linear in the confidence, and 0 is no confidence.
-    const double mean = static_cast<double>(confidence_sum_) / covered_;
+    const double mean = static_cast<double>(judged_.sum) / judged_.pixels;
     return static_cast<float>(100 * confidence_step * (measured_confidence - mean));
 }
 

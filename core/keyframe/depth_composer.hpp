@@ -21,7 +21,7 @@
 namespace afterglow {
 
 /// Draws one depth map from several keyframes: the reference map first, then those that see most
-/// of the view, each into the pixels that are still empty. Every pixel gets the confidence that its
+/// of the view, each into the pixels that are still empty. Pixels get the confidence that their
 /// expected error deserves.
 ///
 /// Allocates when made; the calls are real-time safe.
@@ -43,11 +43,15 @@ public:
         /// Errors to be added to those of a cell's pixels. Null: none.
         const LocalErrors *local = nullptr;
     };
-    /// Gives every pixel of the composed map the confidence that its expected error deserves. Where
-    /// the map has stayed, only cells of which a doubt has changed are judged anew.
-    void judge(const Doubts &doubts);
+    /// Gives the pixels of the composed map the confidence that their expected error deserves.
+    /// Where the map has stayed, only cells of which a doubt has changed are judged anew. `all`:
+    /// every pixel; else those rows alone that tell expected_mre().
+    void judge(const Doubts &doubts, bool all = true);
+    /// Judges the pixels that judge() has left out.
+    void judge_rest();
     /// The map beside one that was measured for the same image, by cell of MotionMask, at every
-    /// second pixel of every second row that has depth in both. Valid until the next call.
+    /// second pixel of every second row that has depth in both. Valid until the next call. All
+    /// pixels must have been judged.
     ImageView<const ComparedErrors> compare(DepthView measured);
     /// Shows what moves by itself where the last image shows it, and leaves empty what the keyframe
     /// does not show: `flow` was found for that image and drawn().
@@ -57,16 +61,18 @@ public:
     /// Empties the map.
     void clear();
     /// Lays a measured map over the composed one; pixels it lacks stay as they were composed.
-    /// Returns how many it has.
+    /// Returns how many it has. All pixels must have been judged.
     int overlay(DepthView measured);
 
     DepthMap &depth() { return depth_; }
+    /// Of pixels that have been judged.
     Image<std::uint8_t> &confidence() { return confidence_; }
     /// Pixels that have depth.
     int covered() const { return covered_; }
     /// Pixels that have none because the keyframe does not show what is there.
     int left_empty() const { return left_empty_; }
-    /// Mean of what the confidences promise over the pixels that have depth, percent; 100 without.
+    /// Mean of what the confidences promise, percent, over the pixels that have depth in every
+    /// fourth row, or after overlay() in all; 100 without.
     float expected_mre() const;
     /// The last compose() has drawn a new map.
     bool drawn_anew() const { return drawn_anew_; }
@@ -90,11 +96,12 @@ private:
 
     /// What lowers the confidences of a cell's pixels, and what came of it.
     struct Cell {
-        float local = 0;        ///< relative error that is added
-        std::uint32_t sum = 0;  ///< of the pixels' confidences
-        bool judge = false;     ///< whether this has to be worked out
-        bool displaced = false; ///< some of its pixels are
-        bool changed = false;   ///< its depths, though the map was not drawn anew
+        float local = 0;         ///< relative error that is added
+        ConfidenceSum judged;    ///< over one row in `summed_row`
+        bool judge = false;      ///< whether this has to be worked out
+        bool unfinished = false; ///< other rows have not been judged
+        bool displaced = false;  ///< some of its pixels are
+        bool changed = false;    ///< its depths, though the map was not drawn anew
     };
 
     RollingShutter shutter(const Alignment &alignment, const Twist &while_read) const;
@@ -105,9 +112,8 @@ private:
     void displace_run(int left, int right, int top, int bottom, const ResidualFlow::Shift &shift);
     void restore();
     ConfidenceTable confidences(const ErrorScales &scales) const;
-    bool find_doubts(const Doubts &doubts);
-    /// Sum of the confidences of a cell's pixels.
-    std::uint32_t judge_cell(int x, int y, const ConfidenceTable &table);
+    bool find_doubts(const Doubts &doubts, bool all_rows);
+    void judge_cell(int x, int y, bool all_rows);
 
     Views views_;
     Intrinsics camera_; ///< the published one
@@ -129,8 +135,9 @@ private:
     int layer_count_ = 0; ///< of the composed map; 0: compose() has not drawn the map
     int covered_ = 0;
     int left_empty_ = 0;
-    std::uint64_t confidence_sum_ = 0;
-    ErrorScales scales_;  ///< of the last doubts
+    ConfidenceSum judged_;
+    ErrorScales scales_; ///< of the last doubts
+    ConfidenceTable table_{};
     float misplaced_ = 0; ///< MapError's, the most of the maps drawn
     bool drawn_anew_ = false;
     bool displaced_ = false;  ///< some of the map's pixels are

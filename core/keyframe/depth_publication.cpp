@@ -57,7 +57,6 @@ DepthPublication::DepthPublication(const KeyframeOptions &options, const Views &
       flow_(views, options.alignment_template.coarsest_level, options.compose.follow_moving),
       local_errors_(views.published), fresh_scale_(0.35), carried_scale_(0.9) {
     estimate_.depth = composer_.depth();
-    estimate_.confidence = composer_.confidence();
 }
 
 const Estimate &DepthPublication::nothing(std::int64_t t_ns) {
@@ -102,7 +101,7 @@ const Estimate &DepthPublication::estimated(const KeyframeSet &keyframes,
 void DepthPublication::judge(const Pose &from_world) {
     local_errors_.predict(composer_.depth(), since_measurement(from_world),
                           static_cast<int>(estimate_.age_frames) + 1);
-    composer_.judge({.scales = scales(), .local = &local_errors_});
+    composer_.judge({.scales = scales(), .local = &local_errors_}, confidence_wanted_);
 }
 
 const Estimate &DepthPublication::measured(DepthView depth, const Keyframe &fresh,
@@ -113,6 +112,7 @@ const Estimate &DepthPublication::measured(DepthView depth, const Keyframe &fres
     if (registered_error)
         // Surfaces are smoothed; the readings that estimates are compared with are not.
         fresh_scale_.learn(std::hypot(fresh_share * *registered_error, white_noise_), fresh_error_);
+    composer_.judge_rest();
     if (estimate_.source == FrameSource::estimated)
         learn_errors(depth, before);
     else
@@ -188,6 +188,10 @@ void DepthPublication::describe(FrameSource source, const Pose &from_world) {
     const auto left_empty = static_cast<float>(composer_.left_empty());
     const auto covered = static_cast<float>(composer_.covered());
     estimate_.source = source;
+    if (confidence_wanted_ || source == FrameSource::measured)
+        estimate_.confidence = composer_.confidence();
+    else
+        estimate_.confidence = {};
     estimate_.coverage = 100 * covered / all;
     estimate_.relative_coverage = std::min(estimate_.coverage / fresh_fill_, 100.0f);
     estimate_.expected_mre = composer_.expected_mre();

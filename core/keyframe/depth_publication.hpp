@@ -38,6 +38,8 @@ public:
                              const CalibrationState &calibration,
                              std::optional<double> registered_error);
 
+    /// Whether Estimate::confidence is made; it is at first.
+    void want_confidence(bool wanted) { confidence_wanted_ = wanted; }
     int flow_level() const { return flow_.level(); }
     /// The last published map; empty where it has no depth.
     DepthView composed() const;
@@ -67,6 +69,7 @@ private:
     std::int64_t measured_ns_ = 0;
     Pose measured_from_world_; ///< where the published camera was at the last measurement
     bool ever_measured_ = false;
+    bool confidence_wanted_ = true;
     float fresh_fill_ = 1;  ///< share of the pixels that the last measured map has
     int enough_ = 0;        ///< pixels covered after which no more maps are added
     float fresh_error_ = 0; ///< mean relative error modelled of the last measured map

@@ -30,6 +30,7 @@ public:
     const Estimate &measure(const Measurement &measurement) override;
     void prepare() override;
     void restart() override { keyframes_.clear(); }
+    void want_confidence(bool wanted) override { publication_.want_confidence(wanted); }
 
 private:
     /// Motion of the tracking camera from an image's exposure to its depth map's.

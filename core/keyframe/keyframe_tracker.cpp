@@ -37,6 +37,8 @@ int KeyframeTracker::pick_reference(const KeyframeSet &keyframes, const Pose &pr
             most = share;
             best = i;
         }
+        if (most >= 1) // none has more than all of itself in view
+            break;
     }
     return best;
 }

@@ -80,10 +80,12 @@ const Estimate &RigPipeline::measure(const Measurement &measurement) {
 
 const Estimate &RigPipeline::publish(const Estimate &composed) {
     estimate_ = composed;
+    const ImageView<std::uint8_t> confidence =
+        composed.confidence.empty() ? ImageView<std::uint8_t>() : confidence_.view();
     const int covered =
-        published_.run(composed.depth, composed.confidence, depth_, confidence_, pool_);
+        published_.run(composed.depth, composed.confidence, depth_, confidence, pool_);
     estimate_.depth = depth_;
-    estimate_.confidence = confidence_;
+    estimate_.confidence = confidence;
     estimate_.coverage =
         100 * static_cast<float>(covered) / static_cast<float>(depth_.width() * depth_.height());
     return estimate_;

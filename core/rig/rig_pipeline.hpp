@@ -21,6 +21,7 @@ public:
     const Estimate &measure(const Measurement &measurement) override;
     void prepare() override { pipeline_.prepare(); }
     void restart() override { pipeline_.restart(); }
+    void want_confidence(bool wanted) override { pipeline_.want_confidence(wanted); }
 
 private:
     RigPipeline(const KeyframeOptions &options, const RigGeometry &geometry, const Views &views,

@@ -15,22 +15,30 @@ constexpr Right control_rights[] = {Right::control};
 constexpr std::string_view controlling[] = {"Set",        "Measure", "RequestAccuracy", "HoldMode",
                                             "SavePolicy", "Reload",  "ResetStatistics"};
 
+/// Null: there is none of that name.
+bool *option_of(StreamOptions &options, std::string_view name) {
+    return name == "images"       ? &options.images
+           : name == "confidence" ? &options.confidence
+                                  : nullptr;
+}
+
 } // namespace
 
-int read_open_options(sd_bus_message *call, OpenOptions &options, sd_bus_error *error) {
+int read_open_options(sd_bus_message *call, StreamOptions &options, sd_bus_error *error) {
     int result = sd_bus_message_enter_container(call, 'a', "{sv}");
     while (result > 0 && (result = sd_bus_message_enter_container(call, 'e', "sv")) > 0) {
         const char *name = nullptr;
         if ((result = sd_bus_message_read(call, "s", &name)) < 0)
             break;
-        if (std::string_view(name) != "images")
+        bool *const option = option_of(options, name);
+        if (option == nullptr)
             return sd_bus_error_setf(error, SD_BUS_ERROR_INVALID_ARGS,
                                      "OpenStream has no option '%s'.", name);
-        int images = 0;
-        if (sd_bus_message_read(call, "v", "b", &images) < 0)
-            return sd_bus_error_set(error, SD_BUS_ERROR_INVALID_ARGS,
-                                    "The option 'images' is true or false.");
-        options.images = images != 0;
+        int wanted = 0;
+        if (sd_bus_message_read(call, "v", "b", &wanted) < 0)
+            return sd_bus_error_setf(error, SD_BUS_ERROR_INVALID_ARGS,
+                                     "The option '%s' is true or false.", name);
+        *option = wanted != 0;
         result = sd_bus_message_exit_container(call);
     }
     return std::min(result, 0);
@@ -48,7 +56,7 @@ std::span<const Right> rights_of_call(sd_bus_message *call) {
         return control_rights;
     if (std::string_view(member) != "OpenStream")
         return {};
-    OpenOptions options; // what cannot be read is refused by the method itself
+    StreamOptions options; // what cannot be read is refused by the method itself
     read_open_options(call, options, nullptr);
     return rights_of_stream(options.images);
 }

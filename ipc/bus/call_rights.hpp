@@ -2,6 +2,7 @@
 #pragma once
 
 #include "ipc/bus/access.hpp"
+#include "ipc/stream_options.hpp"
 
 #include <systemd/sd-bus.h>
 
@@ -9,14 +10,10 @@
 
 namespace afterglow {
 
-/// The options of OpenStream.
-struct OpenOptions {
-    bool images = false;
-};
-
-/// Reads them. Returns 0 or a negative errno, with the sentence in `error` (may be null): one that
-/// is unknown or of a wrong type is refused, because one that is misunderstood must not be ignored.
-int read_open_options(sd_bus_message *call, OpenOptions &options, sd_bus_error *error);
+/// Reads the options of OpenStream. Returns 0 or a negative errno, with the sentence in `error`
+/// (may be null): one that is unknown or of a wrong type is refused, because one that is
+/// misunderstood must not be ignored.
+int read_open_options(sd_bus_message *call, StreamOptions &options, sd_bus_error *error);
 
 /// The rights that a stream takes.
 std::span<const Right> rights_of_stream(bool images);

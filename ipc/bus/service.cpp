@@ -111,7 +111,7 @@ void DepthService::configure(const Config &config) {
     streams_.close_if(
         [&](const StreamClaim &stream) {
             return !authorization_.allows(*stream_owners_.at(stream.owner),
-                                          rights_of_stream(stream.images));
+                                          rights_of_stream(stream.options.images));
         },
         EACCES);
     control_.set_claims(streams_.count());
@@ -184,15 +184,14 @@ void DepthService::camera_lost(Camera camera, std::string_view reason) {
 }
 
 int DepthService::open_stream(sd_bus_message *call, sd_bus_error *error) {
-    OpenOptions options;
+    StreamOptions options;
     if (const int refused = read_open_options(call, options, error); refused < 0)
         return refused;
     if (sd_bus_message_get_expect_reply(call) == 0)
         return 1; // nobody would get the stream
     std::shared_ptr<const Caller> caller = authorization_.caller_of(call);
     const uid_t user = caller->user;
-    const Result<UniqueFd> socket =
-        streams_.open(user, options.images, remember(std::move(caller)));
+    const Result<UniqueFd> socket = streams_.open(user, options, remember(std::move(caller)));
     if (!socket)
         return refuse(error, socket.error());
     control_.set_claims(streams_.count());

@@ -22,7 +22,8 @@ using namespace afterglow;
 namespace {
 
 constexpr std::uint32_t default_timeout_ms = 25'000;
-constexpr std::uint32_t all_flags = AFTERGLOW_IMAGES | AFTERGLOW_NONBLOCK | AFTERGLOW_RECONNECT;
+constexpr std::uint32_t all_flags =
+    AFTERGLOW_IMAGES | AFTERGLOW_NONBLOCK | AFTERGLOW_RECONNECT | AFTERGLOW_CONFIDENCE;
 /// No struct will ever be larger; a larger size is one that was not set.
 constexpr std::size_t largest_struct = 4096;
 
@@ -146,9 +147,12 @@ int afterglow_open(const afterglow_options *given, afterglow_stream **stream) {
         return -ENOMEM;
     const std::uint32_t timeout_ms =
         options.timeout_ms != 0 ? options.timeout_ms : default_timeout_ms;
-    if (const int error = opened->link.create(
-            {opened->bus.get(), (options.flags & AFTERGLOW_IMAGES) != 0,
-             (options.flags & AFTERGLOW_RECONNECT) != 0, std::uint64_t{timeout_ms} * 1000});
+    if (const int error =
+            opened->link.create({opened->bus.get(),
+                                 {.images = (options.flags & AFTERGLOW_IMAGES) != 0,
+                                  .confidence = (options.flags & AFTERGLOW_CONFIDENCE) != 0},
+                                 (options.flags & AFTERGLOW_RECONNECT) != 0,
+                                 std::uint64_t{timeout_ms} * 1000});
         error < 0)
         return error;
     const std::int64_t deadline_ms = now_ms() + timeout_ms;

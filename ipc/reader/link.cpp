@@ -66,7 +66,7 @@ void Link::set_timer(std::uint64_t due_us) {
 void Link::call() {
     state_ = State::calling;
     due_us_ = now_us() + options_.timeout_us;
-    int error = call_.start(options_.bus, options_.images, !was_open_);
+    int error = call_.start(options_.bus, options_.stream, !was_open_);
     if (error == 0)
         error = watch_call();
     if (error < 0)

@@ -20,7 +20,7 @@ class Link {
 public:
     struct Options {
         const char *bus = nullptr; ///< outlives the link; nullptr: it only has adopt()ed a socket
-        bool images = false;
+        StreamOptions stream;
         bool reconnect = false;
         std::uint64_t timeout_us = 0; ///< of one call
     };

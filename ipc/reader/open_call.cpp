@@ -41,7 +41,7 @@ int to_errno(const sd_bus_error &error) {
 
 } // namespace
 
-int OpenCall::start(const char *bus, bool images, bool start_daemon) {
+int OpenCall::start(const char *bus, const StreamOptions &options, bool start_daemon) {
     Bus connection;
     if (const int error = open_bus(bus, connection); error < 0)
         return error;
@@ -55,8 +55,8 @@ int OpenCall::start(const char *bus, bool images, bool start_daemon) {
     if (error >= 0)
         error = sd_bus_message_set_auto_start(made, start_daemon ? 1 : 0);
     if (error >= 0)
-        error = images ? sd_bus_message_append(made, "a{sv}", 1, "images", "b", 1)
-                       : sd_bus_message_append(made, "a{sv}", 0);
+        error = sd_bus_message_append(made, "a{sv}", 2, "images", "b", int{options.images},
+                                      "confidence", "b", int{options.confidence});
     if (error >= 0)
         error = sd_bus_call_async(bus_.get(), nullptr, made, on_answer, this, 0);
     return std::min(error, 0);

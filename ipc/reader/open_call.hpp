@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/base/unique_fd.hpp"
+#include "ipc/stream_options.hpp"
 
 #include <systemd/sd-bus.h>
 
@@ -20,7 +21,7 @@ public:
 
     /// Connects to the bus and calls; `start_daemon`: the bus is to start it where it does not run.
     /// Returns 0, or what the bus refused with.
-    int start(const char *bus, bool images, bool start_daemon);
+    int start(const char *bus, const StreamOptions &options, bool start_daemon);
     /// Goes on as far as possible. -EINPROGRESS, 0 with the stream's socket in `socket`, or an
     /// error as documented at afterglow_open().
     int process(UniqueFd &socket);

@@ -75,7 +75,8 @@ Result<std::unique_ptr<RingWriter>> RingWriter::create(const Intrinsics &depth,
 
 RingWriter::RingWriter(const Intrinsics &depth, const Intrinsics &images, int slots,
                        std::uint64_t generation)
-    : depth_(depth), images_(images), slots_(slots), generation_(generation) {}
+    : depth_(depth), images_(images), slots_(slots), generation_(generation),
+      unknown_(depth.width, depth.height) {}
 
 RingWriter::~RingWriter() {
     for (const std::unique_ptr<Pair> &pair : pairs_)
@@ -108,6 +109,14 @@ void RingWriter::switch_to(Pair &pair) {
     in_use_.store(&pair, std::memory_order_release); // the old one may go from here on
 }
 
+ImageView<const std::uint8_t> RingWriter::unknown_confidences(DepthView depth) {
+    for (int v = 0; v < depth.height(); ++v)
+        std::transform(
+            depth.row(v), depth.row(v) + depth.width(), unknown_.row(v),
+            [](std::uint16_t mm) { return mm != 0 ? unknown_confidence : no_confidence; });
+    return unknown_;
+}
+
 afterglow_frame RingWriter::publish(const Estimate &estimate, LumaView luma,
                                     afterglow_frame frame) {
     if (Pair *offered = offered_.load(std::memory_order_acquire); offered != pair_)
@@ -130,7 +139,9 @@ afterglow_frame RingWriter::publish(const Estimate &estimate, LumaView luma,
 
     depth.begin_frame(frame.index);
     depth.store_plane(frame.index, 0, estimate.depth);
-    depth.store_plane(frame.index, 1, estimate.confidence);
+    depth.store_plane(frame.index, 1,
+                      estimate.confidence.empty() ? unknown_confidences(estimate.depth)
+                                                  : estimate.confidence);
     if (with_image) {
         if (!images_written_)
             images.begin_at(frame.index);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/base/camera.hpp"
+#include "core/base/image.hpp"
 #include "core/estimate.hpp"
 #include "ipc/ring/ring_memory.hpp"
 
@@ -48,7 +49,8 @@ public:
 
     /// Writes the estimate and the image it belongs to as the next frame. `frame` says what the
     /// estimate does not: flags, sequence, t_ns, emitter, the measurement's number and times, and
-    /// the camera; the rest is filled in here. The image is left out while nobody wants images.
+    /// the camera; the rest is filled in here. The image is left out while nobody wants images. An
+    /// estimate without confidences is published with unknown ones.
     /// Returns the frame as published.
     afterglow_frame publish(const Estimate &estimate, LumaView luma, afterglow_frame frame);
     /// Makes all frames published so far unreadable: what comes after a sleep shows nothing of what
@@ -61,6 +63,11 @@ public:
     std::uint64_t head() const { return head_.load(std::memory_order_acquire); }
     std::uint64_t generation() const { return generation_; }
     void want_images(bool wanted) { images_wanted_.store(wanted, std::memory_order_release); }
+    /// Tells who makes the estimates; of any thread, as its getter.
+    void want_confidence(bool wanted) {
+        confidence_wanted_.store(wanted, std::memory_order_release);
+    }
+    bool confidence_wanted() const { return confidence_wanted_.load(std::memory_order_acquire); }
     /// Descriptors of the newest pair for one reader, with open file descriptions of their own.
     Result<ReaderFds> reader_fds(bool images) const;
     /// Number of renewals.
@@ -86,6 +93,7 @@ private:
     Result<std::unique_ptr<Pair>> make_pair(std::uint64_t renewal) const;
     void collect_locked();
     void switch_to(Pair &pair);
+    ImageView<const std::uint8_t> unknown_confidences(DepthView depth);
 
     const Intrinsics depth_;
     const Intrinsics images_;
@@ -95,9 +103,11 @@ private:
     // Used by the estimator thread only.
     Pair *pair_ = nullptr;
     bool images_written_ = false; ///< with the frame before
+    Image<std::uint8_t> unknown_; ///< confidences of an estimate that has none
 
     std::atomic<std::uint64_t> head_ = 0;
     std::atomic<bool> images_wanted_ = false;
+    std::atomic<bool> confidence_wanted_ = false;
     std::atomic<std::uint64_t> renewals_ = 0;
     std::atomic<Pair *> offered_ = nullptr; ///< the newest pair, for the estimator thread to begin
     std::atomic<Pair *> in_use_ = nullptr;  ///< what it has begun: it is done with those before

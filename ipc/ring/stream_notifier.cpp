@@ -116,7 +116,8 @@ void StreamNotifier::wake_thread() const {
     ::eventfd_write(frames_.get(), 1);
 }
 
-Result<UniqueFd> StreamNotifier::open(uid_t user, bool images, std::uint64_t owner) {
+Result<UniqueFd> StreamNotifier::open(uid_t user, const StreamOptions &options,
+                                      std::uint64_t owner) {
     // Who comes after a stream that has ended gets a memory which that one has never seen. If it is
     // refused, update() tries again and says so.
     static_cast<void>(renew_if_due());
@@ -131,11 +132,11 @@ Result<UniqueFd> StreamNotifier::open(uid_t user, bool images, std::uint64_t own
         return within.error();
     const auto place = std::find_if(streams_.begin(), streams_.end(),
                                     [](const Stream &stream) { return !stream.socket; });
-    Result<UniqueFd> client = connect(*place, {user, images, owner});
+    Result<UniqueFd> client = connect(*place, {user, options, owner});
     if (client)
         ++count_;
     else
-        pass_on_wish_for_images();
+        pass_on_wishes();
     return client;
 }
 
@@ -167,9 +168,11 @@ Result<UniqueFd> StreamNotifier::connect(Stream &place, const StreamClaim &claim
     if (Status prepared = prepare(ours); !prepared)
         return prepared.error();
     // Before the memory is sent: all frames after the head that the client finds have an image.
-    if (claim.images)
+    if (claim.options.images)
         ring_.want_images(true);
-    const Result<ReaderFds> memory = ring_.reader_fds(claim.images);
+    if (claim.options.confidence)
+        ring_.want_confidence(true);
+    const Result<ReaderFds> memory = ring_.reader_fds(claim.options.images);
     if (!memory)
         return memory.error();
     epoll_event watched = {0, {.ptr = &place}}; // EPOLLHUP always comes
@@ -197,8 +200,7 @@ int StreamNotifier::close_if(const std::function<bool(const StreamClaim &)> &end
 
 bool StreamNotifier::takes_images() const {
     const std::lock_guard lock(mutex_);
-    return std::any_of(streams_.begin(), streams_.end(),
-                       [](const Stream &stream) { return stream.socket && stream.claim.images; });
+    return wished_for(&StreamOptions::images);
 }
 
 Status StreamNotifier::update() {
@@ -252,7 +254,7 @@ void StreamNotifier::end(Stream &stream, int error) {
     stream = Stream{}; // closing it takes it out of the epoll set
     --count_;
     renewal_wanted_ = true;
-    pass_on_wish_for_images();
+    pass_on_wishes();
 }
 
 void StreamNotifier::end_hung_up() {
@@ -261,10 +263,16 @@ void StreamNotifier::end_hung_up() {
             end(stream, 0);
 }
 
-void StreamNotifier::pass_on_wish_for_images() {
-    ring_.want_images(std::any_of(streams_.begin(), streams_.end(), [](const Stream &stream) {
-        return stream.socket && stream.claim.images;
-    }));
+void StreamNotifier::pass_on_wishes() {
+    ring_.want_images(wished_for(&StreamOptions::images));
+    ring_.want_confidence(wished_for(&StreamOptions::confidence));
+}
+
+/// Whether a stream was opened with it.
+bool StreamNotifier::wished_for(bool StreamOptions::*option) const {
+    return std::ranges::any_of(streams_, [&](const Stream &stream) {
+        return stream.socket && stream.claim.options.*option;
+    });
 }
 
 void StreamNotifier::run() {
@@ -326,7 +334,7 @@ bool StreamNotifier::announce(Stream &stream, std::uint64_t index, bool frame) {
         // back by not reading, not one for each renewal.
         if (has_unread(stream.socket.get()))
             return false;
-        const Result<ReaderFds> memory = ring_.reader_fds(stream.claim.images);
+        const Result<ReaderFds> memory = ring_.reader_fds(stream.claim.options.images);
         if (!memory || !send_memory(stream.socket.get(), *memory, ring_.generation()))
             return false;
         stream.renewal = memory->renewal;

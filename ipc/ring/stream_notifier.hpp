@@ -4,6 +4,7 @@
 #include "core/base/result.hpp"
 #include "core/base/unique_fd.hpp"
 #include "ipc/ring/ring_writer.hpp"
+#include "ipc/stream_options.hpp"
 
 #include <sys/types.h>
 
@@ -26,7 +27,7 @@ namespace afterglow {
 /// Whose a stream is.
 struct StreamClaim {
     uid_t user = 0;
-    bool images = false;
+    StreamOptions options;
     std::uint64_t owner = 0; ///< what open() was given
 };
 
@@ -75,7 +76,7 @@ public:
     /// Opens a stream for `user` and returns the client's end. `owner` is for close_if(). Fails
     /// with EDQUOT at a limit above and for a user whose stream was ended as too expensive, or when
     /// the system refuses a descriptor or memory.
-    Result<UniqueFd> open(uid_t user, bool images, std::uint64_t owner = 0);
+    Result<UniqueFd> open(uid_t user, const StreamOptions &options, std::uint64_t owner = 0);
     /// Ends the streams for which `ends` is true, saying `error` (AFTERGLOW_MESSAGE_END), and gives
     /// the rest a new memory at once. Returns how many were ended.
     int close_if(const std::function<bool(const StreamClaim &)> &ends, int error);
@@ -110,7 +111,8 @@ private:
     Result<UniqueFd> connect(Stream &place, const StreamClaim &claim);
     void end(Stream &stream, int error);
     void end_hung_up();
-    void pass_on_wish_for_images();
+    void pass_on_wishes();
+    bool wished_for(bool StreamOptions::*option) const;
     bool renewal_due() const;
     int wait_ms() const;
     Status renew_if_due();

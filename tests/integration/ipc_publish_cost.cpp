@@ -35,7 +35,7 @@ public:
     }
 
     UniqueFd open(uid_t user) {
-        Result<UniqueFd> stream = notifier_->open(user, false);
+        Result<UniqueFd> stream = notifier_->open(user, {});
         REQUIRE(stream);
         return *std::move(stream);
     }

@@ -56,7 +56,8 @@ TEST_CASE("a composed map's confidence follows from each pixel's depth and dista
                                      drawn.alignment.covariance, drawn.options.error);
     CHECK(drawn.composer.depth() == depth);
     CHECK(drawn.composer.covered() == covered);
-    double sum = 0;
+    double sum = 0; // over every fourth row
+    int summed = 0;
     int other = 0; // by rounding
     for (int v = 0; v < depth.height(); ++v)
         for (int u = 0; u < depth.width(); ++u) {
@@ -68,7 +69,8 @@ TEST_CASE("a composed map's confidence follows from each pixel's depth and dista
             std::uint8_t expected = no_confidence;
             if (edges(u, v) != 0) {
                 expected = estimated_confidence(error_at(middle_of_bin(depth_bin(depth(u, v)))));
-                sum += expected_error(expected);
+                sum += v % 4 == 0 ? expected_error(expected) : 0;
+                summed += v % 4 == 0;
                 const float own = error_at(0.001f * static_cast<float>(depth(u, v)));
                 REQUIRE(std::abs(expected_error(expected) - own) < 0.2f * own + confidence_step);
             }
@@ -77,7 +79,7 @@ TEST_CASE("a composed map's confidence follows from each pixel's depth and dista
             other += drawn.composer.confidence()(u, v) != expected;
         }
     CHECK(other < covered / 1000);
-    CHECK(drawn.composer.expected_mre() == Approx(100 * sum / covered).epsilon(1e-3));
+    CHECK(drawn.composer.expected_mre() == Approx(100 * sum / summed).epsilon(1e-3));
 }
 
 TEST_CASE("a composed map's confidence is lowered only in cells where measurements found errors",

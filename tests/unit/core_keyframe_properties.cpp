@@ -129,6 +129,30 @@ TEST_CASE("the keyframe pipeline scales its motion with the scene", "[core]") {
     check_same(seen.pose, answer(room(), forwards()).pose);
 }
 
+TEST_CASE("nothing but confidences depends on whether they are wanted", "[core]") {
+    const Film scene = film_room(320, 240, 14);
+    Viewer always(scene), sometimes(scene);
+    sometimes.want_confidence(false);
+    for (int k = 0; k < 14; ++k) {
+        const int shown = k / 2 * 2; // each image twice, so that some maps stay
+        sometimes.want_confidence(k % 4 == 3);
+        const Estimate &all = always.track(shown), &some = sometimes.track(shown);
+        CAPTURE(k);
+        CHECK(copy(some.depth) == copy(all.depth));
+        CHECK(some.expected_mre == all.expected_mre);
+        CHECK(some.fresh_mre == all.fresh_mre);
+        if (k % 4 == 3)
+            CHECK(copy(some.confidence) == copy(all.confidence));
+        else
+            CHECK(some.confidence.empty());
+        if (k == 0 || k == 8) {
+            CHECK(copy(sometimes.measure(shown).confidence) ==
+                  copy(always.measure(shown).confidence));
+            CHECK(some.expected_mre == all.expected_mre);
+        }
+    }
+}
+
 TEST_CASE("the keyframe pipeline inverts the motion of a reversed sequence", "[core]") {
     std::vector<int> backwards = forwards();
     std::reverse(backwards.begin(), backwards.end());

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/test_ring.hpp"
+#include "tests/wait_until.hpp"
 
 #include <cerrno>
 #include <cstring>
@@ -15,7 +16,7 @@ TEST_CASE("a ring frame is read as it was published", "[ipc]") {
     const int stride = 50;
     const auto writer = std::move(*RingWriter::create({50, 51, 18, 2, width, height}));
     const auto streams = std::move(*StreamNotifier::create(*writer));
-    Result<UniqueFd> socket = streams->open(1, true);
+    Result<UniqueFd> socket = streams->open(1, {.images = true});
     REQUIRE(socket);
     afterglow_stream *opened = nullptr;
     REQUIRE(afterglow_open_fd(socket->release(), &opened) == 0);
@@ -244,7 +245,7 @@ TEST_CASE("libafterglow refuses options that it does not know", "[ipc]") {
     newer.wish = 1;
     CHECK(afterglow_open(&newer.options, &stream) == -EINVAL);
     newer.wish = 0;
-    newer.options.flags = 8;
+    newer.options.flags = 16;
     CHECK(afterglow_open(&newer.options, &stream) == -EINVAL);
     newer.options.flags = 0;
     newer.options.reserved = 1;
@@ -268,7 +269,7 @@ TEST_CASE("a stream begins with the next frame", "[ipc]") {
 
 TEST_CASE("a stream without images gets none", "[ipc]") {
     TestRing ring;
-    const Stream stream = ring.open(false);
+    const Stream stream = ring.open({});
     ring.publish();
     CHECK(afterglow_plane_bytes(stream.get(), AFTERGLOW_PLANE_LUMA) == 0);
     std::vector<std::uint8_t> luma(64 * 48);
@@ -279,9 +280,34 @@ TEST_CASE("a stream without images gets none", "[ipc]") {
     CHECK(planes.are_of(0));
 }
 
+TEST_CASE("confidences are wanted while a stream asks for them, and unknown where there are none",
+          "[ipc]") {
+    TestRing ring;
+    const Stream depth = ring.open({});
+    CHECK_FALSE(ring.writer().confidence_wanted());
+    DepthMap map(64, 48, std::uint16_t{900});
+    map(3, 5) = 0;
+    const Luma luma(64, 48);
+    Estimate estimate;
+    estimate.depth = map;
+    afterglow_frame frame = ring.write(); // for what it says of the camera
+    ring.writer().publish(estimate, luma, frame);
+    Planes planes(depth.get());
+    REQUIRE(afterglow_read_latest(depth.get(), nullptr, planes.wanted, planes.count) == 0);
+    CHECK(std::ranges::count(planes.confidence, unknown_confidence) == 64 * 48 - 1);
+    CHECK(planes.confidence[5 * 64 + 3] == no_confidence);
+    {
+        const Stream one = ring.open({.confidence = true});
+        const Stream other = ring.open({.images = true, .confidence = true});
+        CHECK(ring.writer().confidence_wanted());
+    }
+    CHECK(wait_until([&] { return !ring.writer().confidence_wanted(); }));
+    CHECK(ring.streams().count() == 1);
+}
+
 TEST_CASE("images are written only while a stream takes them", "[ipc]") {
     TestRing ring;
-    const Stream depth = ring.open(false);
+    const Stream depth = ring.open({});
     ring.publish();
     Result<ReaderFds> fds = ring.writer().reader_fds(true);
     REQUIRE(fds);
@@ -294,7 +320,7 @@ TEST_CASE("images are written only while a stream takes them", "[ipc]") {
     const auto no_image = image_bytes();
     CHECK(std::all_of(no_image.begin(), no_image.end(), [](auto byte) { return byte == 0; }));
 
-    const Stream images = ring.open(true);
+    const Stream images = ring.open({.images = true});
     CHECK(ring.streams().takes_images());
     Planes planes(images.get());
     for (std::uint64_t index = 1; index < 4; ++index) {

@@ -25,7 +25,7 @@ TEST_CASE("a ring's renewal loses a reader no frame", "[ipc]") {
     for (int round = 0; round < 20; ++round) {
         for (int i = 0; i < 3; ++i)
             ring.publish();
-        const Stream other = ring.open(true, 2);
+        const Stream other = ring.open({.images = true}, 2);
         ring.streams().close_if([](const StreamClaim &claim) { return claim.user == 2; }, EACCES);
         for (int i = 0; i < 3; ++i)
             ring.publish();
@@ -156,7 +156,7 @@ TEST_CASE("renewals while a ring is written and read tear no frame", "[ipc][tsan
     int torn = 0;
     int refused = 0;
     for (int round = 0; round < 60; ++round) {
-        { const Stream other = ring.open(true, 2); }
+        { const Stream other = ring.open({.images = true}, 2); }
         refused += !ring.writer().renew(true);
         const std::uint64_t renewals = ring.writer().renewals();
         // Until it reads from a memory of this round or a later one.

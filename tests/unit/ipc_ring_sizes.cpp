@@ -65,7 +65,7 @@ public:
         writer_->publish(estimate, luma_, frame);
         streams_->frame_published();
     }
-    int socket(bool images = true) { return streams_->open(1, images)->release(); }
+    int socket(bool images = true) { return streams_->open(1, {.images = images})->release(); }
     RingWriter &writer() { return *writer_; }
 
     afterglow_frame frame{}; ///< what publish() says

@@ -133,6 +133,22 @@ TEST_CASE("OpenStream refuses options that are unknown or of a wrong type", "[ip
     CHECK(daemon.control.claims.empty());
 }
 
+TEST_CASE("a stream asks for confidences and images by its options", "[ipc]") {
+    BusService daemon;
+    const auto open = [&](std::uint32_t flags) {
+        afterglow_stream *stream = nullptr;
+        CHECK(daemon.serve([&] { return open_stream(daemon.bus.address(), &stream, flags); }) == 0);
+        return Stream(stream);
+    };
+    const Stream depth = open(0);
+    CHECK_FALSE(daemon.ring.writer().confidence_wanted());
+    const Stream images = open(AFTERGLOW_IMAGES);
+    CHECK_FALSE(daemon.ring.writer().confidence_wanted());
+    CHECK(daemon.ring.streams().takes_images());
+    const Stream confidence = open(AFTERGLOW_CONFIDENCE);
+    CHECK(daemon.ring.writer().confidence_wanted());
+}
+
 TEST_CASE("OpenStream limits the number of streams per user", "[ipc]") {
     BusService daemon;
     const std::string address = daemon.bus.address();

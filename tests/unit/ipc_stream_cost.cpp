@@ -89,7 +89,7 @@ TEST_CASE("a frame is one system call, whatever clients there are", "[ipc]") {
     // None of them reads, so that all their sockets are full.
     std::vector<UniqueFd> streams;
     for (uid_t user = 1; user <= StreamNotifier::most_streams; ++user) {
-        auto stream = ring.streams().open(user, true);
+        auto stream = ring.streams().open(user, {.images = true});
         REQUIRE(stream);
         streams.push_back(std::move(*stream));
     }

@@ -60,7 +60,7 @@ bool hears_of(const UniqueFd &client, std::uint64_t index) {
 }
 
 UniqueFd open_socket(TestRing &ring, uid_t user = 1, bool images = false, std::uint64_t owner = 0) {
-    return std::move(*ring.streams().open(user, images, owner));
+    return std::move(*ring.streams().open(user, {.images = images}, owner));
 }
 
 /// Whether that many streams are left, now or soon.
@@ -148,34 +148,34 @@ TEST_CASE("the number of streams is limited, in all and per user", "[ipc]") {
     for (uid_t user = 1; user <= 3; ++user) {
         for (int i = 0; i < StreamNotifier::most_streams_of_a_user; ++i)
             clients.push_back(open_socket(ring, user));
-        const auto refused = ring.streams().open(user, false);
+        const auto refused = ring.streams().open(user, {});
         REQUIRE(!refused);
         CHECK(refused.error().code == EDQUOT);
     }
     for (uid_t user = 100; ring.streams().count() < StreamNotifier::most_streams; ++user)
         clients.push_back(open_socket(ring, user));
-    const auto refused = ring.streams().open(99, false);
+    const auto refused = ring.streams().open(99, {});
     REQUIRE(!refused);
     CHECK(refused.error().code == EDQUOT);
 
     // A place is free at once when its client has closed, whatever the notifier is doing.
     clients.pop_back();
-    CHECK(ring.streams().open(99, false));
+    CHECK(ring.streams().open(99, {}));
     clients.clear();
     CHECK(are_left(ring, 0));
 }
 
 TEST_CASE("a revoked stream is told why, and the rest goes on in a new memory", "[ipc]") {
     TestRing ring;
-    const Stream revoked = ring.open(true, 7);
-    const Stream kept = ring.open(false, 8);
+    const Stream revoked = ring.open({.images = true}, 7);
+    const Stream kept = ring.open({}, 8);
     Planes planes(kept.get());
     ring.publish();
     REQUIRE(afterglow_read_latest(kept.get(), nullptr, planes.wanted, planes.count) == 0);
     REQUIRE(afterglow_read_latest(revoked.get(), nullptr, nullptr, 0) == 0);
     const std::uint64_t renewals = ring.writer().renewals();
-    const auto closed =
-        ring.streams().close_if([](const StreamClaim &claim) { return claim.images; }, EACCES);
+    const auto closed = ring.streams().close_if(
+        [](const StreamClaim &claim) { return claim.options.images; }, EACCES);
     CHECK(closed == 1);
     CHECK(ring.writer().renewals() == renewals + 1);
     CHECK_FALSE(ring.streams().takes_images());
@@ -276,7 +276,7 @@ TEST_CASE("opening and closing streams leaves memory and descriptors as they wer
     TestRing ring;
     const auto cycle = [&](int times) {
         for (int i = 0; i < times; ++i) {
-            auto stream = ring.streams().open(1, true);
+            auto stream = ring.streams().open(1, {.images = true});
             REQUIRE(stream);
             if (i % 64 == 0)
                 ring.publish();

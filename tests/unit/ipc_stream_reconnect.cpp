@@ -55,7 +55,7 @@ private:
             return 1;
         if (!self.error_.empty())
             return sd_bus_error_set(error, self.error_.c_str(), "refused");
-        Result<UniqueFd> stream = self.ring.streams().open(1, false);
+        Result<UniqueFd> stream = self.ring.streams().open(1, {});
         return sd_bus_reply_method_return(call, "h", stream->get());
     }
 

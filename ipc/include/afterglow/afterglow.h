@@ -60,6 +60,10 @@ enum afterglow_open_flags {
      * bus starts the daemon for the first opening, but one that has ended has to come back by
      * itself. */
     AFTERGLOW_RECONNECT = 4,
+    /* Confidences. While no stream asks for them the daemon does not work them out for estimated
+     * frames: AFTERGLOW_PLANE_CONFIDENCE says that the error of their depth is not known (1). The
+     * frame that is in the making when the stream is opened may be one of these. */
+    AFTERGLOW_CONFIDENCE = 8,
 };
 
 struct afterglow_options {

@@ -80,6 +80,7 @@ struct Frame {
 struct Options {
     std::string bus = "system";           ///< "session", or a D-Bus address
     bool images = false;                  ///< Frame::luma, too
+    bool confidence = false;              ///< Frame::confidence; else it may be unknown (1)
     bool nonblock = false;                ///< do not wait for the daemon
     bool reconnect = false;               ///< go on with the next daemon
     std::chrono::milliseconds timeout{0}; ///< 0: 25 seconds
@@ -98,7 +99,8 @@ public:
         given.size = sizeof given;
         given.flags = (options.images ? unsigned{AFTERGLOW_IMAGES} : 0U) |
                       (options.nonblock ? unsigned{AFTERGLOW_NONBLOCK} : 0U) |
-                      (options.reconnect ? unsigned{AFTERGLOW_RECONNECT} : 0U);
+                      (options.reconnect ? unsigned{AFTERGLOW_RECONNECT} : 0U) |
+                      (options.confidence ? unsigned{AFTERGLOW_CONFIDENCE} : 0U);
         given.bus = options.bus.c_str();
         given.timeout_ms = static_cast<std::uint32_t>(options.timeout.count());
         afterglow_stream *opened = nullptr;

@@ -187,7 +187,8 @@ Result<Counts> count_instructions(const CountedRun &run) {
     if (Status ran =
             run_to_end({std::string(run.target.emulator), "-cpu", std::string(run.target.cpu),
                         "-plugin", std::string(AFTERGLOW_COUNTING_PLUGIN) + ",out=" + blocks,
-                        run.program, run.frames_file, run.preset, std::to_string(run.still)});
+                        run.program, run.frames_file, run.preset, std::to_string(run.still),
+                        run.depth_alone ? "depth" : "confidence"});
         !ran)
         return ran.error();
     const auto counts = read_block_counts(blocks);

@@ -30,6 +30,7 @@ struct Options {
     std::string programs = "build";
     int frames = 40;
     int still = 20;
+    bool depth_alone = false;
     int jobs = 1;
     std::string json_file;
     std::string check_file;
@@ -54,6 +55,7 @@ struct Options {
         app.add_option("--still", still, "How often the last image is shown again, unmeasured")
             ->check(CLI::Range(1, 100000))
             ->capture_default_str();
+        app.add_flag("--depth-alone", depth_alone, "As if no reader asked for confidences");
         app.add_option("--jobs", jobs, "Emulators at a time; no count depends on it")
             ->check(CLI::Range(1, 64));
         app.add_option("--json", json_file, "Write the counts to FILE")->type_name("FILE");
@@ -92,6 +94,7 @@ Result<std::vector<Job>> plan(const Options &options, const std::string &folder)
                                             .frames_file = file,
                                             .frames = static_cast<int>(frames->frames.size()),
                                             .still = options.still,
+                                            .depth_alone = options.depth_alone,
                                             .folder = {}}});
     }
     return jobs;
@@ -129,7 +132,8 @@ Result<std::vector<CountedSequence>> count_all(const Options &options) {
     for (Job &job : *jobs) {
         if (!*job.counts)
             return job.counts->error();
-        counted.push_back({job.sequence, job.run.preset, std::string(job.run.target.name),
+        const char *with = job.run.depth_alone ? "/depth" : "";
+        counted.push_back({job.sequence, job.run.preset + with, std::string(job.run.target.name),
                            *std::move(*job.counts)});
     }
     return counted;

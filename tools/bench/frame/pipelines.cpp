@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // frame/default, frame/paper: an image that is not measured, where the gate decides which are.
+// frame/default/depth: the same where nobody wants confidences.
 // frame/default/still: the same image again, unmeasured. measure/default: what a measurement adds
 // to its frame, every keyframe_interval frames.
 #include "core/gate.hpp"
@@ -18,10 +19,12 @@ constexpr std::int64_t frame_ns = 33'333'333;
 /// A pipeline for each stop of the tour.
 class Pipelines {
 public:
-    Pipelines(const Tour &tour, const char *preset) : tour_(tour) {
+    Pipelines(const Tour &tour, const char *preset, bool confidence = true) : tour_(tour) {
         const PipelineFactory make = pipeline_factory(*estimator_preset(preset), pool_);
-        for (const Stop &stop : tour)
+        for (const Stop &stop : tour) {
             pipelines_.push_back(make(stop.frames.camera));
+            pipelines_.back()->want_confidence(confidence);
+        }
     }
     Pipeline &at(std::size_t stop) { return *pipelines_[stop]; }
     const Tour &tour() const { return tour_; }
@@ -39,8 +42,8 @@ benchmark::IterationCount all_frames(const Tour &tour) {
     return static_cast<benchmark::IterationCount>(frames);
 }
 
-void frame(benchmark::State &state, const Tour &tour, const char *preset) {
-    Pipelines pipelines(tour, preset);
+void frame(benchmark::State &state, const Tour &tour, const char *preset, bool confidence) {
+    Pipelines pipelines(tour, preset, confidence);
     // The first frame of each stop has nothing to be estimated from, and is not timed.
     while (state.KeepRunningBatch(all_frames(tour) - static_cast<int>(tour.size()))) {
         for (std::size_t s = 0; s < tour.size(); ++s) {
@@ -115,7 +118,10 @@ void register_pipelines(const Tour &tour) {
     for (const char *preset : {"default", "paper"})
         benchmark::RegisterBenchmark(
             (std::string("frame/") + preset).c_str(),
-            [&tour, preset](benchmark::State &state) { frame(state, tour, preset); });
+            [&tour, preset](benchmark::State &state) { frame(state, tour, preset, true); });
+    benchmark::RegisterBenchmark("frame/default/depth", [&tour](benchmark::State &state) {
+        frame(state, tour, "default", false);
+    });
     benchmark::RegisterBenchmark("frame/default/still",
                                  [&tour](benchmark::State &state) { still(state, tour); });
     benchmark::RegisterBenchmark("measure/default",

@@ -63,7 +63,7 @@ public:
         if (!notifier)
             return notifier.error();
         for (std::size_t i = 0; i < static_cast<std::size_t>(readers); ++i) {
-            const Result<UniqueFd> stream = (*notifier)->open(0, false);
+            const Result<UniqueFd> stream = (*notifier)->open(0, {});
             if (!stream)
                 return stream.error();
             if (Status sent = send_descriptor(session.sockets[i][0].get(), stream->get()); !sent)

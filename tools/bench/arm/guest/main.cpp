@@ -92,6 +92,7 @@ public:
         mark(Mark::track);
     }
     void restart() override { pipeline_->restart(); }
+    void want_confidence(bool wanted) override { pipeline_->want_confidence(wanted); }
 
 private:
     void mark(Mark what) const { prctl(mark_option, static_cast<int>(what), frame_); }
@@ -108,8 +109,8 @@ int refuse(const char *what) {
 } // namespace
 
 int main(int argc, char **argv) {
-    if (argc != 4)
-        return refuse("the arguments are FRAMES PRESET STILL");
+    if (argc != 5)
+        return refuse("the arguments are FRAMES PRESET STILL depth|confidence");
     std::ifstream file(argv[1], std::ios::binary);
     FramesHeader header{};
     if (!file.read(reinterpret_cast<char *>(&header), sizeof header) || header.frames < 1)
@@ -127,6 +128,7 @@ int main(int argc, char **argv) {
         return std::make_unique<MarkedPipeline>(pipeline_factory(*options, pool)(geometry));
     };
     FrameLoop loop(rig, make, GatePolicy{});
+    loop.want_confidence(std::string_view(argv[4]) == "confidence");
     if (!loop.start())
         return refuse("the replay does not start");
     for (long frame = 0; frame < frames + still; ++frame) {
