@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "afterglow/afterglow.h"
+#include "afterglow/afterglow.hpp"
 #include "core/base/unique_fd.hpp"
 #include "drivers/files/image_file.hpp"
 #include "tests/catch.hpp"
 #include "tests/open_stream.hpp"
 #include "tests/served.hpp"
+#include "tests/wait_until.hpp"
 
 #include <sys/prctl.h>
 #include <sys/wait.h>
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -112,6 +114,40 @@ TEST_CASE("the daemon stops although a reader process is suspended") {
     CHECK(served.daemon.wait() == 0);
     ::kill(reader, SIGCONT);
     CHECK(end_of(reader) == 1); // it is told that the daemon is gone
+}
+
+TEST_CASE("the daemon works out confidences while a reader asks for them") {
+    Served served(small_room);
+    afterglow::Options options;
+    options.bus = served.bus.address();
+    afterglow::Stream depth_alone(options);
+    // Whether the next estimated frame tells how wrong it is: confidences between 1 and 255.
+    const auto tells_errors = [&] {
+        while (true) {
+            REQUIRE(depth_alone.wait(std::chrono::minutes(1)));
+            const auto frame = depth_alone.read_latest();
+            if (!frame || frame->info.source != AFTERGLOW_ESTIMATED)
+                continue;
+            int told = 0, with_depth = 0, contradictions = 0;
+            for (std::size_t v = 0; v < frame->confidence.height(); ++v)
+                for (std::size_t u = 0; u < frame->confidence.width(); ++u) {
+                    const int confidence = frame->confidence(u, v);
+                    contradictions += (confidence == 0) != (frame->depth(u, v) == 0);
+                    with_depth += confidence != 0;
+                    told += confidence > 1 && confidence < 255;
+                }
+            CHECK(contradictions == 0);
+            CHECK((told == 0 || told > with_depth / 2));
+            return told > 0;
+        }
+    };
+    CHECK_FALSE(tells_errors());
+    options.confidence = true;
+    {
+        const afterglow::Stream confidences(options);
+        CHECK(wait_until([&] { return tells_errors(); }));
+    }
+    CHECK(wait_until([&] { return !tells_errors(); }));
 }
 
 TEST_CASE("a client changes the gate's mode over D-Bus") {
