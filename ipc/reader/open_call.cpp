@@ -8,6 +8,7 @@
 #include <fcntl.h>
 #include <limits>
 #include <string_view>
+#include <utility>
 
 namespace afterglow {
 namespace {
@@ -39,6 +40,16 @@ int to_errno(const sd_bus_error &error) {
     }
 }
 
+/// Only those that are wanted: an older daemon refuses options that it does not know.
+int append(sd_bus_message *call, const StreamOptions &options) {
+    int error = sd_bus_message_open_container(call, 'a', "{sv}");
+    for (const auto &[name, wanted] :
+         {std::pair("images", options.images), std::pair("confidence", options.confidence)})
+        if (error >= 0 && wanted)
+            error = sd_bus_message_append(call, "{sv}", name, "b", 1);
+    return error < 0 ? error : sd_bus_message_close_container(call);
+}
+
 } // namespace
 
 int OpenCall::start(const char *bus, const StreamOptions &options, bool start_daemon) {
@@ -55,8 +66,7 @@ int OpenCall::start(const char *bus, const StreamOptions &options, bool start_da
     if (error >= 0)
         error = sd_bus_message_set_auto_start(made, start_daemon ? 1 : 0);
     if (error >= 0)
-        error = sd_bus_message_append(made, "a{sv}", 2, "images", "b", int{options.images},
-                                      "confidence", "b", int{options.confidence});
+        error = append(made, options);
     if (error >= 0)
         error = sd_bus_call_async(bus_.get(), nullptr, made, on_answer, this, 0);
     return std::min(error, 0);
