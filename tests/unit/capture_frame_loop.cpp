@@ -41,6 +41,20 @@ TEST_CASE("the frame loop measures the first image and then switches the light o
     CHECK_FALSE(fixture.cameras.lit);
 }
 
+TEST_CASE("that nobody wants confidences outlives another calibration") {
+    Fixture fixture;
+    fixture.loop.want_confidence(false);
+    fixture.step();
+    CHECK(fixture.step().estimate.confidence.empty());
+    fixture.loop.set_geometry(fixture.loop.geometry());
+    const FrameResult measured = fixture.step();
+    CHECK(measured.estimate.source == FrameSource::measured);
+    CHECK(measured.estimate.confidence(10, 10) == measured_confidence);
+    const FrameResult estimated = fixture.step();
+    CHECK(estimated.estimate.source == FrameSource::estimated);
+    CHECK(estimated.estimate.confidence.empty());
+}
+
 TEST_CASE("the frame loop prepares its pipeline before it waits for the next image") {
     struct Noted final : Pipeline {
         Noted(std::unique_ptr<Pipeline> made, std::string &log)
