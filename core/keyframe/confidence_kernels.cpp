@@ -172,7 +172,8 @@ private:
 /// Sums up runs of confidences.
 class RunSum {
 public:
-    RunSum() : sums_(hn::Zero(Sums())), pixels_(hn::Zero(Sums())) {} // not implicit: for the target
+    RunSum()
+        : sums_(hn::Zero(Sums())), pixels_(hn::Zero(Sums())) {} // an implicit one lacks the target
     void operator()(const std::uint8_t *confidence) {
         const Classes d8;
         const auto of = hn::LoadU(d8, confidence);

@@ -46,7 +46,7 @@ struct Confidences {
     const std::uint8_t *table; ///< 0 for class 0
     std::uint8_t less;
 };
-/// Of some pixels that have depth.
+/// Over some pixels that have depth.
 struct ConfidenceSum {
     std::uint64_t sum = 0; ///< of their confidences
     int pixels = 0;
@@ -77,8 +77,8 @@ ComparedErrors compare_errors(const ComparedPixels &pixels, float misplaced);
 
 /// Of a row over which a measured one was laid.
 struct Overlaid {
-    int measured = 0; ///< pixels that are measured
-    ConfidenceSum covered;
+    int measured = 0;      ///< pixels that are measured
+    ConfidenceSum covered; ///< over the pixels that have depth now
 };
 /// Pixels of a row that are measured (millimetres, 0 = none) get that depth and
 /// measured_confidence. Real-time safe.

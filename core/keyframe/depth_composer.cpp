@@ -17,20 +17,12 @@ constexpr float least_visible_share = 0.1f;
 /// nearer or farther by this share of its depth.
 constexpr float same_place_px = 0.25f, same_depth = 0.001f;
 
-/// Of one row in so many the confidences tell a map's expected error: they change little from row
-/// to row.
+/// A map's expected error is worked out from the confidences of one row in so many: they change
+/// little from row to row.
 constexpr int summed_row = 4;
 
 /// Confidences of a cell are made anew when its local error has changed by this factor.
 constexpr float noticed_growth = 1.1f;
-
-int pixels_with_depth(DepthView depth) {
-    int count = 0;
-    for (int v = 0; v < depth.height(); ++v)
-        count += static_cast<int>(std::count_if(depth.row(v), depth.row(v) + depth.width(),
-                                                [](std::uint16_t mm) { return mm != 0; }));
-    return count;
-}
 
 /// The pixels of one of MotionMask's cells.
 template <class T>
@@ -139,7 +131,8 @@ void DepthComposer::displace_run(int left, int right, int top, int bottom,
     const int first = std::clamp(-shift.u, left, right);
     const int end = std::clamp(depth_.width() - shift.u, first, right);
     const auto count = [&](const std::uint16_t *row) {
-        return pixels_with_depth({row + left, right - left, 1});
+        return static_cast<int>(
+            std::count_if(row + left, row + right, [](std::uint16_t mm) { return mm != 0; }));
     };
     for (int v = top; v < bottom; ++v) {
         std::uint16_t *const depth = depth_.row(v);
@@ -283,14 +276,14 @@ DepthComposer::ConfidenceTable DepthComposer::confidences(const ErrorScales &sca
     return table;
 }
 
-void DepthComposer::judge(const Doubts &doubts, bool all) {
-    if (!find_doubts(doubts, all))
+void DepthComposer::judge(const Doubts &doubts, bool all_rows) {
+    if (!find_doubts(doubts, all_rows))
         return;
     table_ = confidences(doubts.scales);
     pool_.run(cells_.height(), [&](int y) {
         for (int x = 0; x < cells_.width(); ++x)
             if (cells_(x, y).judge)
-                judge_cell(x, y, all);
+                judge_cell(x, y, all_rows);
     });
     judged_ = {};
     for (const Cell &cell : cells_.pixels())

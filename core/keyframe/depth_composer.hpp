@@ -44,10 +44,10 @@ public:
         const LocalErrors *local = nullptr;
     };
     /// Gives the pixels of the composed map the confidence that their expected error deserves.
-    /// Where the map has stayed, only cells of which a doubt has changed are judged anew. `all`:
-    /// every pixel; else those rows alone that tell expected_mre().
-    void judge(const Doubts &doubts, bool all = true);
-    /// Judges the pixels that judge() has left out.
+    /// Where the map has stayed, only cells of which a doubt has changed are judged anew. Not
+    /// `all_rows`: only those that expected_mre() is worked out from.
+    void judge(const Doubts &doubts, bool all_rows = true);
+    /// Judges the rows that judge() has left out.
     void judge_rest();
     /// The map beside one that was measured for the same image, by cell of MotionMask, at every
     /// second pixel of every second row that has depth in both. Valid until the next call. All
@@ -65,7 +65,7 @@ public:
     int overlay(DepthView measured);
 
     DepthMap &depth() { return depth_; }
-    /// Of pixels that have been judged.
+    /// Holds for pixels that have been judged.
     Image<std::uint8_t> &confidence() { return confidence_; }
     /// Pixels that have depth.
     int covered() const { return covered_; }

@@ -63,7 +63,7 @@ public:
     std::uint64_t head() const { return head_.load(std::memory_order_acquire); }
     std::uint64_t generation() const { return generation_; }
     void want_images(bool wanted) { images_wanted_.store(wanted, std::memory_order_release); }
-    /// Tells who makes the estimates; of any thread, as its getter.
+    /// Whether a stream asks for confidences. Who makes the estimates asks confidence_wanted().
     void want_confidence(bool wanted) {
         confidence_wanted_.store(wanted, std::memory_order_release);
     }

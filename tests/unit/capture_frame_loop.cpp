@@ -41,7 +41,7 @@ TEST_CASE("the frame loop measures the first image and then switches the light o
     CHECK_FALSE(fixture.cameras.lit);
 }
 
-TEST_CASE("that nobody wants confidences outlives another calibration") {
+TEST_CASE("the frame loop makes no unwanted confidences after a change of calibration either") {
     Fixture fixture;
     fixture.loop.want_confidence(false);
     fixture.step();

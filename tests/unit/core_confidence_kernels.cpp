@@ -73,7 +73,7 @@ TEST_CASE("confidences are looked up alike in vectors and one by one", "[core]")
                     random() % most_layers * class_layer + 1 + random() % (class_layer - 1));
         const auto less = static_cast<std::uint8_t>(round % 4 > 1 ? random() % 255 : 0);
         const int first_bin = depth_bin(depth.pixels()[depth.pixels().size() / 2]);
-        const int summed_row = 1 + round % 2;
+        const int summed_row = 1 + static_cast<int>(random() % 3);
         const ConfidenceSum sum = look_up_confidences({depth, classes}, {table.data(), less},
                                                       first_bin, summed_row, confidence);
         ConfidenceSum expected_sum;

@@ -75,7 +75,7 @@ TEST_CASE("depth error propagated from the pose covariance agrees with Monte Car
     CHECK(error.pose_relative == Approx(sampled(n, deviations)).epsilon(0.1).margin(2e-4));
 }
 
-TEST_CASE("a pose that is exactly known adds no error", "[core]") {
+TEST_CASE("a pose that is exactly known adds nothing to the expected error", "[core]") {
     const Pose moved{Eigen::Matrix3d::Identity(), {0.1, 0, 0}};
     const MapError error = map_error(plane({0, 0, 0.5}), camera, moved,
                                      Eigen::Matrix<float, 6, 6>::Zero(), ErrorOptions{});

@@ -129,7 +129,9 @@ TEST_CASE("the keyframe pipeline scales its motion with the scene", "[core]") {
     check_same(seen.pose, answer(room(), forwards()).pose);
 }
 
-TEST_CASE("nothing but confidences depends on whether they are wanted", "[core]") {
+TEST_CASE("depth and expected error of the keyframe pipeline do not depend on whether "
+          "confidences are wanted",
+          "[core]") {
     const Film scene = film_room(320, 240, 14);
     Viewer always(scene), sometimes(scene);
     sometimes.want_confidence(false);

@@ -280,7 +280,8 @@ TEST_CASE("a stream without images gets none", "[ipc]") {
     CHECK(planes.are_of(0));
 }
 
-TEST_CASE("confidences are wanted while a stream asks for them, and unknown where there are none",
+TEST_CASE("the ring wants confidences while a stream asks for them, and publishes unknown ones for "
+          "an estimate without",
           "[ipc]") {
     TestRing ring;
     const Stream depth = ring.open({});

@@ -126,14 +126,17 @@ TEST_CASE("OpenStream refuses options that are unknown or of a wrong type", "[ip
         [&] { return Client(address).call("OpenStream", "a{sv}", 1, "colour", "s", "value"); });
     CHECK(unknown.error == SD_BUS_ERROR_INVALID_ARGS);
     CHECK(unknown.message == "OpenStream has no option 'colour'.");
-    const Answer wrong = daemon.serve(
-        [&] { return Client(address).call("OpenStream", "a{sv}", 1, "images", "s", "yes"); });
-    CHECK(wrong.error == SD_BUS_ERROR_INVALID_ARGS);
-    CHECK(wrong.message == "The option 'images' is true or false.");
+    for (const std::string name : {"images", "confidence"}) {
+        const Answer wrong = daemon.serve([&] {
+            return Client(address).call("OpenStream", "a{sv}", 1, name.c_str(), "s", "yes");
+        });
+        CHECK(wrong.error == SD_BUS_ERROR_INVALID_ARGS);
+        CHECK(wrong.message == "The option '" + name + "' is true or false.");
+    }
     CHECK(daemon.control.claims.empty());
 }
 
-TEST_CASE("a stream asks for confidences and images by its options", "[ipc]") {
+TEST_CASE("the options of OpenStream make the ring want images and confidences", "[ipc]") {
     BusService daemon;
     const auto open = [&](std::uint32_t flags) {
         afterglow_stream *stream = nullptr;

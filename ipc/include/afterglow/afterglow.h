@@ -61,8 +61,8 @@ enum afterglow_open_flags {
      * itself. */
     AFTERGLOW_RECONNECT = 4,
     /* Confidences. While no stream asks for them the daemon does not work them out for estimated
-     * frames: AFTERGLOW_PLANE_CONFIDENCE says that the error of their depth is not known (1). The
-     * frame that is in the making when the stream is opened may be one of these. */
+     * frames: AFTERGLOW_PLANE_CONFIDENCE says that the error of their depth is not known (1). A
+     * frame whose estimation began before the stream was opened may be one of these. */
     AFTERGLOW_CONFIDENCE = 8,
 };
 

@@ -80,7 +80,7 @@ struct Frame {
 struct Options {
     std::string bus = "system";           ///< "session", or a D-Bus address
     bool images = false;                  ///< Frame::luma, too
-    bool confidence = false;              ///< Frame::confidence; else it may be unknown (1)
+    bool confidence = false;              ///< else Frame::confidence may be 1: not known
     bool nonblock = false;                ///< do not wait for the daemon
     bool reconnect = false;               ///< go on with the next daemon
     std::chrono::milliseconds timeout{0}; ///< 0: 25 seconds
