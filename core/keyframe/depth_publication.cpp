@@ -13,9 +13,7 @@ constexpr float least_fill = 0.05f;
 
 /// Two measured maps at the pose that depth itself tells differ by more than a map just measured
 /// and the next image, since time has passed: docs/estimation.md, section 7.
-constexpr double fresh_share = 0.7;
-/// Part of an error that carrying a map is taken to have added, at least.
-constexpr double least_carried = 0.25;
+constexpr double fresh_share = 0.75;
 
 /// What is left of an error without a part of it that is added in quadrature.
 double left_of(double error, double part) {
@@ -55,7 +53,7 @@ DepthPublication::DepthPublication(const KeyframeOptions &options, const Views &
     : views_(views), camera_(views.published), options_(options), composer_(views, options, pool),
       motion_mask_(views),
       flow_(views, options.alignment_template.coarsest_level, options.compose.follow_moving),
-      local_errors_(views.published), fresh_scale_(0.35), carried_scale_(0.9) {
+      local_errors_(views.published) {
     estimate_.depth = composer_.depth();
 }
 
@@ -101,17 +99,19 @@ const Estimate &DepthPublication::estimated(const KeyframeSet &keyframes,
 void DepthPublication::judge(const Pose &from_world) {
     local_errors_.predict(composer_.depth(), since_measurement(from_world),
                           static_cast<int>(estimate_.age_frames) + 1);
-    composer_.judge({.scales = scales(), .local = &local_errors_}, confidence_wanted_);
+    composer_.judge({.scales = error_scales_.scales(), .local = &local_errors_},
+                    confidence_wanted_);
 }
 
 const Estimate &DepthPublication::measured(DepthView depth, const Keyframe &fresh,
                                            const Pose &from_world,
                                            const CalibrationState &calibration,
                                            std::optional<double> registered_error) {
-    const ErrorScales before = scales();
+    const ErrorScales before = error_scales_.scales();
     if (registered_error)
         // Surfaces are smoothed; the readings that estimates are compared with are not.
-        fresh_scale_.learn(std::hypot(fresh_share * *registered_error, white_noise_), fresh_error_);
+        error_scales_.learn_fresh(std::hypot(fresh_share * *registered_error, white_noise_),
+                                  fresh_error_);
     composer_.judge_rest();
     if (estimate_.source == FrameSource::estimated)
         learn_errors(depth, before);
@@ -139,9 +139,8 @@ const Estimate &DepthPublication::measured(DepthView depth, const Keyframe &fres
 }
 
 /// Compares the map composed for the last image with the one that was measured for it. `before`:
-/// the scales that the composed map's confidences have. Where cells are quiet, so that the model of
-/// the camera's motion speaks alone, carried_scale_ learns what is left when a fresh map's error is
-/// taken off.
+/// the scales that the composed map's confidences have. The scales learn where cells are quiet, so
+/// that the model of the camera's motion speaks alone.
 void DepthPublication::learn_errors(DepthView depth, const ErrorScales &before) {
     const int least_pixels = camera_.width * camera_.height / 400; // 1 % of those compared
     const ImageView<const ComparedErrors> cells = composer_.compare(depth);
@@ -158,12 +157,9 @@ void DepthPublication::learn_errors(DepthView depth, const ErrorScales &before) 
     double ratio = 1;
     if (quiet.pixels >= least_pixels) {
         const double truth = quiet.true_error(), expected = quiet.expected_error();
-        const double carried = left_of(truth, fresh_scale_.scale() * fresh_error_);
-        const double modelled = left_of(expected, before.fresh * fresh_error_);
-        const double share = modelled / expected;
         ratio = truth / expected;
-        carried_scale_.learn(std::max(carried, least_carried * truth), modelled / before.carried,
-                             share * share);
+        error_scales_.learn_carried(
+            truth, fresh_error_, left_of(expected, before.fresh * fresh_error_) / before.carried);
     }
     local_errors_.learn(cells, ratio);
 }
@@ -197,7 +193,7 @@ void DepthPublication::describe(FrameSource source, const Pose &from_world) {
     estimate_.expected_mre = composer_.expected_mre();
     estimate_.moved_mre =
         100 * options_.error.moving_error * left_empty / std::max(covered + left_empty, 1.0f);
-    estimate_.fresh_mre = 100 * (misplaced_ + fresh_scale_.scale() * fresh_error_);
+    estimate_.fresh_mre = 100 * (misplaced_ + error_scales_.scales().fresh * fresh_error_);
     estimate_.pose = since_measurement(from_world);
     estimate_.world_from_camera = from_world.inverse();
     estimate_.tracked = source != FrameSource::none;

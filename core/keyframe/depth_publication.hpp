@@ -3,7 +3,7 @@
 
 #include "core/estimate.hpp"
 #include "core/keyframe/depth_composer.hpp"
-#include "core/keyframe/error_scale.hpp"
+#include "core/keyframe/error_scale_filter.hpp"
 #include "core/keyframe/keyframe_tracker.hpp"
 #include "core/keyframe/local_errors.hpp"
 #include "core/keyframe/motion_mask.hpp"
@@ -50,7 +50,6 @@ public:
 private:
     void judge(const Pose &from_world);
     void learn_errors(DepthView depth, const ErrorScales &before);
-    ErrorScales scales() const { return {fresh_scale_.scale(), carried_scale_.scale()}; }
     /// Motion of the published camera since the last measurement.
     Pose since_measurement(const Pose &from_world) const;
     void describe(FrameSource source, const Pose &from_world);
@@ -62,8 +61,7 @@ private:
     MotionMask motion_mask_;
     ResidualFlow flow_;
     LocalErrors local_errors_;
-    ErrorScale fresh_scale_;   ///< of a map just measured
-    ErrorScale carried_scale_; ///< of what carrying a map with the camera's view adds
+    ErrorScaleFilter error_scales_;
     Estimate estimate_;
     std::int64_t t_ns_ = 0;
     std::int64_t measured_ns_ = 0;

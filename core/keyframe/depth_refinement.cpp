@@ -25,8 +25,9 @@ constexpr double shape_independent_px2 = 32000;
 constexpr float enough_readings = 1600;
 constexpr int closest_px = 4;
 constexpr int least_compared = 100;
-/// No difference of depths counts for more, as a share of the depth.
-constexpr float most_relative = 0.2f;
+/// No difference of depths counts for more as an error: as a share of the depth, and in units of
+/// the residuals' own scale. What moved, or hid something from the other map, differs by more.
+constexpr float most_relative = 0.2f, most_scales = 12;
 /// A step below this, metres and radians, is the last, and changes nothing of how well maps fit.
 constexpr float converged_step = 1e-3f;
 
@@ -75,7 +76,6 @@ struct Sums {
     WeightedProducts products; ///< of the derivatives and, last, the error
     std::array<int, DepthComparisons::bins + 1> histogram{};
     int sampled = 0, compared = 0, inliers = 0;
-    float relative_errors = 0; ///< sum over the compared points
 
     Matrix6 information() const {
         Matrix6 H;
@@ -112,14 +112,36 @@ Sums compare_maps(const DepthSurface &from, const DepthSurface &to, const Intrin
         add_products(block, Sums::columns, sums.products);
         for (const int bin : block.bin)
             ++sums.histogram[static_cast<std::size_t>(bin)];
-        for (std::size_t i = 0; i < static_cast<std::size_t>(points.count); ++i)
-            sums.relative_errors += std::min(std::abs(block.error[i]) / points.z[i], most_relative);
     });
     for (std::size_t i = 0; i < DepthComparisons::bins; ++i) {
         sums.compared += sums.histogram[i];
         sums.inliers += i < inlier_bins ? sums.histogram[i] : 0;
     }
     return sums;
+}
+
+/// DepthFit::relative_error; 0 if too few points can be compared. `scale`: that of the residuals,
+/// in sensor sigmas.
+float relative_error(const DepthSurface &from, const DepthSurface &to, const Intrinsics &camera,
+                     const Pose &pose, int grid, float scale) {
+    const SensorNoise noise = to.noise();
+    const ComparisonOptions options{.robust_width2 = 1};
+    DepthComparisons block;
+    float sum = 0;
+    int compared = 0;
+    visit_readings(from, camera, grid, [&](const ComparedPoints &points) {
+        compare_points(points, to, camera, pose, options, block);
+        for (std::size_t i = 0; i < static_cast<std::size_t>(points.count); ++i) {
+            if (block.bin[i] == DepthComparisons::bins)
+                continue;
+            const float z = points.z[i];
+            sum += std::min({std::abs(block.error[i]), most_relative * z,
+                             most_scales * scale * noise.sigma(z)}) /
+                   z;
+            ++compared;
+        }
+    });
+    return compared < least_compared ? 0 : sum / static_cast<float>(compared);
 }
 
 } // namespace
@@ -133,15 +155,16 @@ DepthFit refine_by_depth(const DepthSurface &from, const DepthSurface &to, const
     fit.pose = start;
     Pose pose = start;
     float scale = 8.0f;
+    bool holds = true; // the fit finds enough to compare, and does not run away
     for (int i = 0; i <= options.iterations; ++i) {
         const Sums sums = compare_maps(from, to, camera, pose, grid, scale);
-        if (sums.compared < least_compared)
-            return fit;
+        holds = sums.compared >= least_compared;
+        if (!holds)
+            break;
         scale = std::clamp(sums.scale(), 1.0f, 16.0f);
         fit.pose = pose;
         fit.residual_scale = scale;
         fit.inlier_share = static_cast<float>(sums.inliers) / static_cast<float>(sums.compared);
-        fit.relative_error = sums.relative_errors / static_cast<float>(sums.compared);
         fit.compared_share = static_cast<float>(sums.compared) / static_cast<float>(sums.sampled);
         if (i == options.iterations)
             break;
@@ -150,15 +173,17 @@ DepthFit refine_by_depth(const DepthSurface &from, const DepthSurface &to, const
         const Vector6 g = independent_readings * sums.g() - start_information * off;
         H.diagonal() += 1e-5f * H.diagonal() + Vector6::Constant(1e-3f);
         const Vector6 x = H.ldlt().solve(g);
-        if (!x.allFinite() || x.tail<3>().norm() > 0.3f || x.head<3>().norm() > 0.5f)
-            return fit;
+        holds = x.allFinite() && x.tail<3>().norm() <= 0.3f && x.head<3>().norm() <= 0.5f;
+        if (!holds)
+            break;
         pose = exp(x.cast<double>()) * pose;
         if (x.norm() < converged_step) {
             fit.pose = pose;
             break;
         }
     }
-    fit.good = fit.inlier_share >= options.least_inlier_share;
+    fit.relative_error = relative_error(from, to, camera, fit.pose, grid, scale);
+    fit.good = holds && fit.inlier_share >= options.least_inlier_share;
     return fit;
 }
 

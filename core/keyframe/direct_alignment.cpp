@@ -118,9 +118,11 @@ struct DirectAlignment::Sums : Part {
         const double var_seen = var_e + slope * (2 * cov + slope * var_k);
         return (cov + slope * var_k) / std::sqrt(var_k * var_seen);
     }
-    /// Deviation of the residuals in expected deviations, from their median as a Gaussian's; at
-    /// least 1 and at most 12.
-    float scale() const {
+    /// The deviation by which residuals are weighted: never less than expected.
+    float scale() const { return std::max(deviation(), 1.0f); }
+    /// Of the residuals in expected deviations, from their median as a Gaussian's; at least 0.1 and
+    /// at most 12.
+    float deviation() const {
         int left = visible / 2;
         float median = Residuals::bin_width * Residuals::bins;
         for (std::size_t i = 0; i < Residuals::bins; ++i) {
@@ -132,7 +134,7 @@ struct DirectAlignment::Sums : Part {
             }
             left -= histogram[i];
         }
-        return std::clamp(1.4826f * median, 1.0f, 12.0f);
+        return std::clamp(1.4826f * median, 0.1f, 12.0f);
     }
 };
 
@@ -322,17 +324,15 @@ Alignment DirectAlignment::assess(const AlignmentTemplate &reference, int level,
     sum_up(reference, level, at, fit.scale, Wanted::brightness, sums);
     if (sums.visible < options_.least_points)
         return at;
-    const float scale = sums.scale();
     const float visible = static_cast<float>(sums.visible);
     at.points = sums.visible;
-    at.residual_scale = scale;
+    at.residual_scale = sums.scale();
     at.cost = sums.fixed_cost();
     at.inlier_share = static_cast<float>(sums.inliers()) / visible;
     at.visible_share = visible / static_cast<float>(reference.points(level).count);
-    // Residuals that are `scale` times as large as expected have causes that points share (blur,
-    // shutter, parallax): the pose's deviation is `scale` times what independent ones would make
-    // it.
-    const float variance = scale * scale;
+    // Residuals that are s times as large as expected have causes that points share (blur, shutter,
+    // parallax): the pose's deviation is s times what independent ones would make it.
+    const float variance = sums.deviation() * sums.deviation();
     Matrix H = fit.curvature * (options_.independent_share / (variance * variance));
     H.topLeftCorner<6, 6>() += prior.information;
     for (int k = 0; k < 3; ++k)

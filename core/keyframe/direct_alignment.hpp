@@ -38,12 +38,13 @@ struct PosePrior {
 
 /// What aligning an image with a template told.
 struct Alignment : Placement {
-    float cost = 1e9f;        ///< mean robust cost of the points in view on a fixed scale, 0..1
-    float inlier_share = 0;   ///< of the points in view: residual below 2.5 expected deviations
-    float correlation = 0;    ///< robust, of grey values in view with the template's
-    float visible_share = 0;  ///< of the template's points
-    float residual_scale = 0; ///< median |residual| / expected deviation, as a Gaussian's sigma
-    int points = 0;           ///< in view, finest level
+    float cost = 1e9f;       ///< mean robust cost of the points in view on a fixed scale, 0..1
+    float inlier_share = 0;  ///< of the points in view: residual below 2.5 expected deviations
+    float correlation = 0;   ///< robust, of grey values in view with the template's
+    float visible_share = 0; ///< of the template's points
+    /// Median |residual| / expected deviation, as a Gaussian's sigma; at least 1.
+    float residual_scale = 0;
+    int points = 0; ///< in view, finest level
     /// Covariance, the prior included, of the motion (v, w) applied to the scene in keyframe
     /// coordinates before `pose`; metres and radians.
     Eigen::Matrix<float, 6, 6> covariance = Eigen::Matrix<float, 6, 6>::Zero();

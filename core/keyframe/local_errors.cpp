@@ -11,6 +11,8 @@ namespace {
 constexpr int least_pixels = 32;
 /// A cell is more wrong than modelled when its error is more than so many times the modelled one.
 constexpr double noticed = 2;
+/// Of a measurement, against all those before: it is believed sooner that finds a cell more wrong.
+constexpr double weight_of_worse = 2.0 / 3, weight_of_better = 1.0 / 2;
 
 } // namespace
 
@@ -52,7 +54,9 @@ void LocalErrors::learn(ImageView<const ComparedErrors> compared, double elsewhe
             const double t = cell.true_error(), e = cell.expected_error();
             const double modelled = std::max(e - expected_(x, y), 0.0) * std::max(elsewhere, 1.0);
             const double found = t > noticed * modelled ? (t - modelled) / n : 0;
-            rate_then_(x, y) = static_cast<float>((rate_now_(x, y) + found) / 2);
+            const double weight = found > rate_now_(x, y) ? weight_of_worse : weight_of_better;
+            rate_then_(x, y) =
+                static_cast<float>(rate_now_(x, y) + weight * (found - rate_now_(x, y)));
         }
 }
 

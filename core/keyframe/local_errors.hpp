@@ -32,10 +32,11 @@ struct ComparedErrors {
 /// the last measurement. With t the true and e the modelled mean relative error of the cell (as
 /// much more as it is elsewhere),
 ///
-///     t = e + r n,    r_k = (r_(k-1) + (t - e) / n) / 2 where t > 2 e, else r_(k-1) / 2
+///     t = e + r n,    r_k = r_(k-1) + w (q - r_(k-1)),    q = (t - e) / n where t > 2 e, else 0
 ///
-/// r, one frame's error, stays with the surface that the cell shows when the camera moves, and is
-/// halved by each measurement that finds nothing. Cells are those of MotionMask.
+/// with w = 2/3 where the cell is found to be more wrong than thought, else 1/2. r, one frame's
+/// error, stays with the surface that the cell shows when the camera moves, and is halved by each
+/// measurement that finds nothing. Cells are those of MotionMask.
 /// Allocates when made; the calls are real-time safe.
 class LocalErrors {
 public:

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <random>
 #include <vector>
 
 using namespace afterglow;
@@ -113,6 +114,26 @@ TEST_CASE("direct alignment is robust to an occluder over a third of the image",
     REQUIRE(alignment.good);
     CHECK(pair.error_px(alignment.pose) < 0.15);
     CHECK(alignment.inlier_share < 0.85f);
+}
+
+TEST_CASE("a pose is the more certain the smaller the residuals are that it leaves", "[core]") {
+    float before = 0;
+    for (const double deviation : {0.0, 1.0, 3.0, 9.0}) { // grey values
+        Pair pair(0);
+        std::mt19937 random(1);
+        std::normal_distribution<double> noise(0, deviation);
+        if (deviation > 0)
+            for (std::uint8_t &grey : pair.luma.pixels())
+                grey = static_cast<std::uint8_t>(
+                    std::clamp(std::lround(grey + noise(random)), 0l, 255l));
+        const Alignment alignment = pair.align();
+        CAPTURE(deviation);
+        REQUIRE(alignment.good);
+        const float variance = alignment.covariance.trace();
+        CHECK(std::isfinite(variance));
+        CHECK(variance > 2 * before);
+        before = variance;
+    }
 }
 
 TEST_CASE("direct alignment rejects a uniform image", "[core]") {

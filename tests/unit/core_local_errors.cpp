@@ -85,8 +85,8 @@ TEST_CASE("local errors are expected of no cell before a measurement", "[core]")
 TEST_CASE("a local error grows with the frames since the last measurement", "[core]") {
     Wall wall;
     wall.measure(4, 0.05);
-    // Half of what was found beyond the 1 % that was modelled, of each of 4 frames.
-    const double rate = (0.05 - 0.01) / 2 / 4;
+    // Two thirds of what was found beyond the 1 % that was modelled, of each of 4 frames.
+    const double rate = (0.05 - 0.01) * 2 / 3 / 4;
     for (const int frames : {1, 4, 9}) {
         CHECK(wall.expected(frames) == Approx(frames * rate));
         CHECK(wall.errors.expected()(4, 2) == 0);
@@ -143,7 +143,7 @@ TEST_CASE("a local error stays with its surface when the camera moves", "[core]"
     wall.measure(1, 0.05);
     wall.predict(1, moved(0.64, 0)); // two cells to the right
     CHECK(wall.errors.expected()(3, 2) == 0);
-    CHECK(wall.errors.expected()(5, 2) == Approx(0.02));
+    CHECK(wall.errors.expected()(5, 2) == Approx(0.08 / 3));
     SECTION("and out of the view") {
         wall.predict(1, moved(-2, 0));
         CHECK(wall.most_expected() == 0);
@@ -161,36 +161,60 @@ TEST_CASE("local errors are forgotten on clear", "[core]") {
     CHECK(wall.expected() == 0);
 }
 
-// A plain surface does not show that it turns: only measurements tell.
-TEST_CASE("the expected error follows a plain body that turns before a camera at rest", "[core]") {
-    const SyntheticOptions options{
-        .width = 320, .height = 240, .fps = 30, .seed = 1, .real_time = false, .noise = true};
-    SyntheticTruth truth = turning_box(options);
+namespace {
+
+/// Estimated frames after the fourth measurement.
+struct Announced {
+    int measured = 0, counted = 0;
+    int worse = 0; ///< than 1.5 times what they announce
+    double true_sum = 0;
+};
+
+Announced watch(SyntheticTruth &truth, std::uint64_t first, std::uint64_t end) {
     WorkerPool pool(1);
     KeyframePipeline pipeline(KeyframeOptions{}, truth.intrinsics(), pool);
     Gate gate{GatePolicy{}};
-    int measured = 0, counted = 0, worse = 0;
-    double true_sum = 0;
-    for (std::uint64_t k = 0; k < 90; ++k) {
+    Announced seen;
+    for (std::uint64_t k = first; k < end; ++k) {
         const Estimate e =
             pipeline.track(truth.luma(k), static_cast<std::int64_t>(k + 1) * 33'333'333);
         const DepthMap depth = truth.depth(k);
         if (gate.wants_light(e)) {
             pipeline.measure(depth);
             gate.measured();
-            ++measured;
+            ++seen.measured;
             continue;
         }
-        if (measured < 4)
+        if (seen.measured < 4)
             continue;
         const double error = compare_depth(e.depth, depth).mre;
-        true_sum += error;
-        ++counted;
-        worse += error > 1.5 * static_cast<double>(e.expected_mre);
+        seen.true_sum += error;
+        ++seen.counted;
+        seen.worse += error > 1.5 * static_cast<double>(e.expected_mre);
     }
-    INFO(measured << " measured, mean error " << true_sum / counted << " %, " << worse << " of "
-                  << counted << " frames worse than 1.5 times what they announce");
-    CHECK(true_sum / counted < 2);
-    CHECK(10 * worse <= counted);
-    CHECK(measured < 90 / 2);
+    return seen;
+}
+
+} // namespace
+
+// A plain surface does not show that it turns: only measurements tell.
+TEST_CASE("the expected error follows a plain body that turns before a camera at rest", "[core]") {
+    const SyntheticOptions options{
+        .width = 320, .height = 240, .fps = 30, .seed = 1, .real_time = false, .noise = true};
+    SyntheticTruth truth = turning_box(options);
+    constexpr int starts = 4, frames = 90;
+    Announced all;
+    for (int first = 0; first < starts; ++first) {
+        const Announced seen = watch(truth, static_cast<std::uint64_t>(2 * first), frames);
+        all.measured += seen.measured;
+        all.counted += seen.counted;
+        all.worse += seen.worse;
+        all.true_sum += seen.true_sum;
+    }
+    INFO(all.measured << " measured, mean error " << all.true_sum / all.counted << " %, "
+                      << all.worse << " of " << all.counted
+                      << " frames worse than 1.5 times what they announce");
+    CHECK(all.true_sum / all.counted < 2);
+    CHECK(10 * all.worse <= all.counted);
+    CHECK(all.measured < starts * frames / 2);
 }
