@@ -12,7 +12,7 @@ constexpr int least_pixels = 32;
 /// A cell is more wrong than modelled when its error is more than so many times the modelled one.
 constexpr double noticed = 2;
 /// Of a measurement, against all those before: it is believed sooner that finds a cell more wrong.
-constexpr double weight_of_worse = 2.0 / 3, weight_of_better = 1.0 / 2;
+constexpr double weight_of_worse = 0.6, weight_of_better = 1.0 / 2;
 
 } // namespace
 

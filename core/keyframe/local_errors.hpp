@@ -34,7 +34,7 @@ struct ComparedErrors {
 ///
 ///     t = e + r n,    r_k = r_(k-1) + w (q - r_(k-1)),    q = (t - e) / n where t > 2 e, else 0
 ///
-/// with w = 2/3 where the cell is found to be more wrong than thought, else 1/2. r, one frame's
+/// with w = 0.6 where the cell is found to be more wrong than thought, else 0.5. r, one frame's
 /// error, stays with the surface that the cell shows when the camera moves, and is halved by each
 /// measurement that finds nothing. Cells are those of MotionMask.
 /// Allocates when made; the calls are real-time safe.
