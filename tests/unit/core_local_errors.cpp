@@ -202,10 +202,12 @@ TEST_CASE("the expected error follows a plain body that turns before a camera at
     const SyntheticOptions options{
         .width = 320, .height = 240, .fps = 30, .seed = 1, .real_time = false, .noise = true};
     SyntheticTruth truth = turning_box(options);
-    constexpr int starts = 4, frames = 90;
+    constexpr int frames = 90;
+    int starts = 0;
     Announced all;
-    for (int first = 0; first < starts; ++first) {
-        const Announced seen = watch(truth, static_cast<std::uint64_t>(2 * first), frames);
+    for (const std::uint64_t first : {0U, 2U, 4U, 6U}) {
+        const Announced seen = watch(truth, first, frames);
+        ++starts;
         all.measured += seen.measured;
         all.counted += seen.counted;
         all.worse += seen.worse;
