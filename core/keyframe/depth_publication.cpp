@@ -139,8 +139,8 @@ const Estimate &DepthPublication::measured(DepthView depth, const Keyframe &fres
 }
 
 /// Compares the map composed for the last image with the one that was measured for it. `before`:
-/// the scales that the composed map's confidences have. The scales learn where cells are quiet, so
-/// that the model of the camera's motion speaks alone.
+/// the scales that the composed map's confidences have. The scales are learnt from quiet cells
+/// alone, whose error comes from the camera's motion and not from things that move.
 void DepthPublication::learn_errors(DepthView depth, const ErrorScales &before) {
     const int least_pixels = camera_.width * camera_.height / 400; // 1 % of those compared
     const ImageView<const ComparedErrors> cells = composer_.compare(depth);

@@ -61,7 +61,7 @@ private:
     MotionMask motion_mask_;
     ResidualFlow flow_;
     LocalErrors local_errors_;
-    ErrorScaleFilter error_scales_;
+    ErrorScaleFilter error_scales_; ///< of the published maps' expected error
     Estimate estimate_;
     std::int64_t t_ns_ = 0;
     std::int64_t measured_ns_ = 0;

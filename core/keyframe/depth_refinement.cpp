@@ -25,8 +25,9 @@ constexpr double shape_independent_px2 = 32000;
 constexpr float enough_readings = 1600;
 constexpr int closest_px = 4;
 constexpr int least_compared = 100;
-/// No difference of depths counts for more as an error: as a share of the depth, and in units of
-/// the residuals' own scale. What moved, or hid something from the other map, differs by more.
+/// Limits of the difference of two depths in DepthFit::relative_error: as a share of the depth, and
+/// in units of the fit's residual scale. Things that moved, and surfaces that hide something from
+/// the other map, differ by more, and are no error of either map.
 constexpr float most_relative = 0.2f, most_scales = 12;
 /// A step below this, metres and radians, is the last, and changes nothing of how well maps fit.
 constexpr float converged_step = 1e-3f;
@@ -155,7 +156,7 @@ DepthFit refine_by_depth(const DepthSurface &from, const DepthSurface &to, const
     fit.pose = start;
     Pose pose = start;
     float scale = 8.0f;
-    bool holds = true; // the fit finds enough to compare, and does not run away
+    bool holds = true; // enough points are compared, and no step is too long
     for (int i = 0; i <= options.iterations; ++i) {
         const Sums sums = compare_maps(from, to, camera, pose, grid, scale);
         holds = sums.compared >= least_compared;

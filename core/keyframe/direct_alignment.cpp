@@ -118,10 +118,10 @@ struct DirectAlignment::Sums : Part {
         const double var_seen = var_e + slope * (2 * cov + slope * var_k);
         return (cov + slope * var_k) / std::sqrt(var_k * var_seen);
     }
-    /// The deviation by which residuals are weighted: never less than expected.
+    /// Deviation by which the robust weights divide residuals: deviation(), at least 1.
     float scale() const { return std::max(deviation(), 1.0f); }
-    /// Of the residuals in expected deviations, from their median as a Gaussian's; at least 0.1 and
-    /// at most 12.
+    /// Standard deviation of the residuals, in units of the expected one: from their median, as for
+    /// a Gaussian; at least 0.1 and at most 12.
     float deviation() const {
         int left = visible / 2;
         float median = Residuals::bin_width * Residuals::bins;
@@ -325,14 +325,16 @@ Alignment DirectAlignment::assess(const AlignmentTemplate &reference, int level,
     if (sums.visible < options_.least_points)
         return at;
     const float visible = static_cast<float>(sums.visible);
+    const float deviation = sums.deviation();
     at.points = sums.visible;
-    at.residual_scale = sums.scale();
+    at.residual_scale = std::max(deviation, 1.0f);
     at.cost = sums.fixed_cost();
     at.inlier_share = static_cast<float>(sums.inliers()) / visible;
     at.visible_share = visible / static_cast<float>(reference.points(level).count);
-    // Residuals that are s times as large as expected have causes that points share (blur, shutter,
-    // parallax): the pose's deviation is s times what independent ones would make it.
-    const float variance = sums.deviation() * sums.deviation();
+    // Causes that points share (blur, shutter, parallax) make residuals larger than expected: where
+    // residuals have s of the expected deviation, the pose's deviation is s^2 instead of s times
+    // that of a pose whose residuals are as expected.
+    const float variance = deviation * deviation;
     Matrix H = fit.curvature * (options_.independent_share / (variance * variance));
     H.topLeftCorner<6, 6>() += prior.information;
     for (int k = 0; k < 3; ++k)

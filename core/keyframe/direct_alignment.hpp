@@ -43,7 +43,7 @@ struct Alignment : Placement {
     float correlation = 0;   ///< robust, of grey values in view with the template's
     float visible_share = 0; ///< of the template's points
     /// Median |residual| / expected deviation, as a Gaussian's sigma; at least 1.
-    float residual_scale = 0;
+    float residual_scale = 1;
     int points = 0; ///< in view, finest level
     /// Covariance, the prior included, of the motion (v, w) applied to the scene in keyframe
     /// coordinates before `pose`; metres and radians.

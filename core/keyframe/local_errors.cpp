@@ -11,8 +11,9 @@ namespace {
 constexpr int least_pixels = 32;
 /// A cell is more wrong than modelled when its error is more than so many times the modelled one.
 constexpr double noticed = 2;
-/// Of a measurement, against all those before: it is believed sooner that finds a cell more wrong.
-constexpr double weight_of_worse = 0.6, weight_of_better = 1.0 / 2;
+/// Weight of the newest measurement in a cell's error rate; the earlier ones have the rest. It is
+/// larger for a measurement that finds the cell more wrong than expected.
+constexpr double weight_of_worse = 0.6, weight_of_better = 0.5;
 
 } // namespace
 

@@ -35,7 +35,7 @@ void MotionMask::find(const AlignmentTemplate &reference, const Pyramid &image,
     const int level = reference.options().finest_level;
     const ImageView<const float> grey = image.level(level);
     constexpr float all_count = 1e6f; // expected deviations
-    const float limit = outlier_limit * std::max(alignment.residual_scale, 1.0f);
+    const float limit = outlier_limit * alignment.residual_scale;
     const TemplatePoints &points = reference.points(level);
     PointsSeen seen;
     Residuals residuals;

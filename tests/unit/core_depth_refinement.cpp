@@ -40,7 +40,7 @@ struct TwoMaps {
 
 } // namespace
 
-TEST_CASE("maps from one place are found to be from one place", "[core]") {
+TEST_CASE("depth refinement finds that two maps were measured from one place", "[core]") {
     const TwoMaps maps;
     const Pose start{Eigen::AngleAxisd(0.02, Eigen::Vector3d::UnitY()).toRotationMatrix(),
                      {0.01, -0.02, 0.01}};
@@ -52,7 +52,8 @@ TEST_CASE("maps from one place are found to be from one place", "[core]") {
     CHECK(fit.relative_error < 0.005f);
 }
 
-TEST_CASE("a thing that has moved counts for little of the error of maps", "[core]") {
+TEST_CASE("depth refinement limits what a moved thing adds to the relative error of two maps",
+          "[core]") {
     TwoMaps maps;
     const DepthFit before = maps.fit();
     // Something has come into a tenth of the second view.
@@ -67,7 +68,7 @@ TEST_CASE("a thing that has moved counts for little of the error of maps", "[cor
     CHECK(after.relative_error < 0.1f * 0.4f / 4); // of a tenth of the view by 40 %
 }
 
-TEST_CASE("maps that have nothing in common tell nothing of their errors", "[core]") {
+TEST_CASE("depth refinement gives no relative error for a map without depth", "[core]") {
     TwoMaps maps;
     std::ranges::fill(maps.second.pixels(), std::uint16_t{0});
     const DepthFit fit = maps.fit();
@@ -75,7 +76,7 @@ TEST_CASE("maps that have nothing in common tell nothing of their errors", "[cor
     CHECK(fit.relative_error == 0);
 }
 
-TEST_CASE("maps that do not fit tell of their errors", "[core]") {
+TEST_CASE("depth refinement gives the relative error of maps that do not fit", "[core]") {
     TwoMaps maps;
     for (int v = 0; v < 240; ++v)
         for (int u = 0; u < 320; ++u)

@@ -116,7 +116,7 @@ TEST_CASE("direct alignment is robust to an occluder over a third of the image",
     CHECK(alignment.inlier_share < 0.85f);
 }
 
-TEST_CASE("a pose is the more certain the smaller the residuals are that it leaves", "[core]") {
+TEST_CASE("the covariance of an aligned pose grows with the noise of the image", "[core]") {
     float before = 0;
     for (const double deviation : {0.0, 1.0, 3.0, 9.0}) { // grey values
         Pair pair(0);

@@ -85,7 +85,7 @@ TEST_CASE("local errors are expected of no cell before a measurement", "[core]")
 TEST_CASE("a local error grows with the frames since the last measurement", "[core]") {
     Wall wall;
     wall.measure(4, 0.05);
-    // Of what was found beyond the 1 % that was modelled, in each of 4 frames.
+    // 0.6 of what was found beyond the modelled 1 %, shared among 4 frames.
     const double rate = 0.6 * (0.05 - 0.01) / 4;
     for (const int frames : {1, 4, 9}) {
         CHECK(wall.expected(frames) == Approx(frames * rate));
@@ -203,20 +203,18 @@ TEST_CASE("the expected error follows a plain body that turns before a camera at
         .width = 320, .height = 240, .fps = 30, .seed = 1, .real_time = false, .noise = true};
     SyntheticTruth truth = turning_box(options);
     constexpr int frames = 90;
-    int starts = 0;
-    Announced all;
+    int counted = 0, worse = 0;
     for (const std::uint64_t first : {0U, 2U, 4U, 6U}) {
         const Announced seen = watch(truth, first, frames);
-        ++starts;
-        all.measured += seen.measured;
-        all.counted += seen.counted;
-        all.worse += seen.worse;
-        all.true_sum += seen.true_sum;
+        counted += seen.counted;
+        worse += seen.worse;
+        INFO("from frame " << first << ": " << seen.measured << " measured, mean error "
+                           << seen.true_sum / seen.counted << " %, " << seen.worse << " of "
+                           << seen.counted << " frames worse than 1.5 times what they announce");
+        CHECK(seen.true_sum / seen.counted < 2);
+        CHECK(seen.measured < frames / 2);
+        if (first == 0)
+            CHECK(10 * seen.worse <= seen.counted);
     }
-    INFO(all.measured << " measured, mean error " << all.true_sum / all.counted << " %, "
-                      << all.worse << " of " << all.counted
-                      << " frames worse than 1.5 times what they announce");
-    CHECK(all.true_sum / all.counted < 2);
-    CHECK(10 * all.worse <= all.counted);
-    CHECK(all.measured < starts * frames / 2);
+    CHECK(10 * worse <= counted);
 }
