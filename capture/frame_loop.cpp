@@ -47,6 +47,7 @@ void FrameLoop::set_geometry(const RigGeometry &geometry) {
     pipeline_ = make_(geometry_);
     pipeline_->want_confidence(confidence_wanted_);
     earlier_worlds_ = last_world_;
+    estimated_ns_.reset();
     gate_.restart();
 }
 
@@ -71,6 +72,7 @@ Status FrameLoop::start_color() {
     gate_.restart();
     pipeline_->restart();
     last_t_ns_.reset();
+    estimated_ns_.reset();
     return ok();
 }
 
@@ -105,13 +107,17 @@ FrameResult FrameLoop::step(std::chrono::nanoseconds timeout) {
     if (result.capture != Capture::frame)
         return result;
 
+    const bool due = is_due();
     last_t_ns_ = color_.t_ns;
     result.luma = color_.luma;
     result.t_ns = color_.t_ns;
     result.sequence = color_.sequence;
+    pipeline_->want_depth(due);
     result.estimate = timed(result.estimation_time, [&]() -> const Estimate & {
         return pipeline_->track(color_.luma, color_.t_ns);
     });
+    if (due)
+        estimated_ns_ = color_.t_ns;
     const bool wanted = gate_.wants_light(result.estimate, tof_running_);
     result.reason = gate_.reason();
     result.budget_spent = gate_.budget_spent();
@@ -124,6 +130,17 @@ FrameResult FrameLoop::step(std::chrono::nanoseconds timeout) {
     if (result.estimate.world > 0)
         result.estimate.world = last_world_ = earlier_worlds_ + result.estimate.world;
     return result;
+}
+
+/// Whether the image that was just taken is to have a depth map. The first after a measurement has
+/// one, since the gate compares those that follow with it, and so have images that wait for a
+/// measurement, which can be compared with it.
+bool FrameLoop::is_due() const {
+    if (!estimated_ns_ || rig_.illuminator->lit())
+        return true;
+    // The image that is nearest to the time.
+    const std::int64_t half_a_frame = (color_.t_ns - last_t_ns_.value_or(color_.t_ns)) / 2;
+    return color_.t_ns - *estimated_ns_ + half_a_frame >= depth_interval_.count();
 }
 
 bool FrameLoop::is_trusted(FrameResult &result) {
@@ -143,8 +160,9 @@ void FrameLoop::measure(FrameResult &result) {
     result.awaited = true;
     result.lit = rig_.illuminator->was_lit(color_.t_ns);
     // An estimate that is not seen along the TOF camera's rays cannot be compared with its maps.
+    const bool comparable = geometry_.publishes_readings() && !result.estimate.depth.empty();
     result.tof = pairing_.read(*rig_.tof, *rig_.illuminator, color_.t_ns,
-                               geometry_.publishes_readings() ? result.estimate : Estimate{});
+                               comparable ? result.estimate : Estimate{});
     if (result.tof == Capture::damaged || result.tof == Capture::lost)
         result.problem = pairing_.problem();
     if (result.tof == Capture::lost)
@@ -166,6 +184,7 @@ void FrameLoop::measure(FrameResult &result) {
         return pipeline_->measure(measurement);
     });
     gate_.measured();
+    estimated_ns_.reset();
     // Going dark now and not at the next image saves a frame of light; a camera that measures
     // every frame would only be made to wake again.
     set_light(gate_.keeps_light(), result);

@@ -70,9 +70,14 @@ public:
     Gate &gate() { return gate_; }
     /// Pipeline::want_confidence(), for this pipeline and those that follow it.
     void want_confidence(bool wanted);
+    /// How often a depth map is made, at least; 0: for every image. Between two of them images are
+    /// tracked, and have a map (FrameResult::estimate) only where one is measured, was measured
+    /// just before, or is waited for.
+    void want_depth_every(std::chrono::nanoseconds interval) { depth_interval_ = interval; }
 
 private:
     bool is_trusted(FrameResult &result);
+    bool is_due() const;
     /// Lights the TOF camera and takes the measurement for the current image, if there is one.
     void measure(FrameResult &result);
     /// An illuminator that does not obey is a lost TOF camera: false, and `result` says so.
@@ -89,7 +94,9 @@ private:
     DepthPairing pairing_;
     ColorFrame color_;
     std::optional<std::int64_t> last_t_ns_;
-    std::optional<std::int64_t> asked_ns_; ///< capture time of the image that asked for light
+    std::chrono::nanoseconds depth_interval_{0};
+    std::optional<std::int64_t> estimated_ns_; ///< of the last image that has an estimated map
+    std::optional<std::int64_t> asked_ns_;     ///< capture time of the image that asked for light
     std::string light_problem_;
     bool tof_running_ = false;
 };

@@ -67,7 +67,8 @@ struct Estimate {
     CalibrationState calibration{};
     /// There is no telling what the scene's depth is: only a measurement helps.
     bool wants_measurement = false;
-    /// Millimetres; valid until the estimator's next call.
+    /// Millimetres; valid until the estimator's next call. Empty where nobody wants it
+    /// (Pipeline::want_depth()): expected errors and coverage are then those of the last map.
     DepthView depth{};
     /// Of each pixel of `depth`: no_confidence, measured_confidence, or for estimated depth the
     /// expected relative error (estimated_confidence(), unknown_confidence). Empty where nobody

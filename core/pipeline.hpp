@@ -51,6 +51,11 @@ public:
     /// Estimate::confidence may be empty while nobody does, to save work; nothing else depends on
     /// it.
     virtual void want_confidence(bool /*wanted*/) {}
+    /// Whether anybody reads the depth maps of the images that come; at first somebody does. While
+    /// nobody does, track() may tell where the camera is and leave Estimate::depth empty, to save
+    /// work; expected errors and coverage are then those of the last map. measure() always gives
+    /// a map.
+    virtual void want_depth(bool /*wanted*/) {}
 };
 
 /// Makes a pipeline for these cameras.

@@ -69,6 +69,7 @@ public:
     void prepare() { pipeline_->prepare(); }
     void restart() { pipeline_->restart(); }
     void want_confidence(bool wanted) { pipeline_->want_confidence(wanted); }
+    void want_depth(bool wanted) { pipeline_->want_depth(wanted); }
 
     static constexpr std::int64_t frame_ns = 33'333'333;
 

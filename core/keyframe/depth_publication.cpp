@@ -63,14 +63,29 @@ const Estimate &DepthPublication::nothing(std::int64_t t_ns) {
     estimate_.inliers = estimate_.matches = 0;
     estimate_.wants_measurement = true;
     composer_.clear();
-    describe(FrameSource::none, measured_from_world_);
+    place(FrameSource::none, measured_from_world_);
+    describe_map();
+    return estimate_;
+}
+
+const Estimate &DepthPublication::tracked(const Alignment &alignment, const Pose &from_world,
+                                          std::int64_t t_ns) {
+    t_ns_ = t_ns;
+    ++estimate_.age_frames;
+    estimate_.matches = alignment.points;
+    estimate_.inliers = static_cast<int>(
+        std::lround(alignment.inlier_share * static_cast<float>(alignment.points)));
+    estimate_.wants_measurement = !alignment.good;
+    estimate_.depth = {};
+    estimate_.confidence = {};
+    place(alignment.good ? FrameSource::estimated : FrameSource::none, from_world);
     return estimate_;
 }
 
 const Estimate &DepthPublication::estimated(const KeyframeSet &keyframes,
                                             const KeyframeTracker &tracker, const Pose &from_world,
                                             const Twist &while_read,
-                                            const DepthCorrection &correction, std::int64_t t_ns) {
+                                            const DepthCorrection &correction) {
     const Alignment &alignment = tracker.alignment();
     if (alignment.good) {
         composer_.compose(keyframes, tracker.reference(), from_world, alignment, while_read,
@@ -85,20 +100,14 @@ const Estimate &DepthPublication::estimated(const KeyframeSet &keyframes,
     } else {
         composer_.clear();
     }
-    t_ns_ = t_ns;
-    ++estimate_.age_frames;
-    estimate_.matches = alignment.points;
-    estimate_.inliers = static_cast<int>(
-        std::lround(alignment.inlier_share * static_cast<float>(alignment.points)));
-    estimate_.wants_measurement = !alignment.good;
-    describe(alignment.good ? FrameSource::estimated : FrameSource::none, from_world);
+    describe_map();
     return estimate_;
 }
 
 /// Gives the composed map its confidence.
 void DepthPublication::judge(const Pose &from_world) {
     local_errors_.predict(composer_.depth(), since_measurement(from_world),
-                          static_cast<int>(estimate_.age_frames) + 1);
+                          static_cast<int>(estimate_.age_frames));
     composer_.judge({.scales = error_scales_.scales(), .local = &local_errors_},
                     confidence_wanted_);
 }
@@ -134,7 +143,8 @@ const Estimate &DepthPublication::measured(DepthView depth, const Keyframe &fres
     estimate_.age_frames = 0;
     estimate_.calibration = calibration;
     estimate_.wants_measurement = false;
-    describe(FrameSource::measured, from_world);
+    place(FrameSource::measured, from_world);
+    describe_map();
     return estimate_;
 }
 
@@ -178,13 +188,22 @@ DepthView DepthPublication::composed() const {
     return composer_.covered() > 0 ? estimate_.depth : DepthView{};
 }
 
+/// Says where the last image was taken, and what its map comes from.
+void DepthPublication::place(FrameSource source, const Pose &from_world) {
+    estimate_.source = source;
+    estimate_.pose = since_measurement(from_world);
+    estimate_.world_from_camera = from_world.inverse();
+    estimate_.tracked = source != FrameSource::none;
+    estimate_.age_ns = source == FrameSource::none ? 0 : t_ns_ - measured_ns_;
+}
+
 /// Fills in what follows from the composed map.
-void DepthPublication::describe(FrameSource source, const Pose &from_world) {
+void DepthPublication::describe_map() {
     const auto all = static_cast<float>(camera_.width * camera_.height);
     const auto left_empty = static_cast<float>(composer_.left_empty());
     const auto covered = static_cast<float>(composer_.covered());
-    estimate_.source = source;
-    if (confidence_wanted_ || source == FrameSource::measured)
+    estimate_.depth = composer_.depth();
+    if (confidence_wanted_ || estimate_.source == FrameSource::measured)
         estimate_.confidence = composer_.confidence();
     else
         estimate_.confidence = {};
@@ -194,10 +213,6 @@ void DepthPublication::describe(FrameSource source, const Pose &from_world) {
     estimate_.moved_mre =
         100 * options_.error.moving_error * left_empty / std::max(covered + left_empty, 1.0f);
     estimate_.fresh_mre = 100 * (misplaced_ + error_scales_.scales().fresh * fresh_error_);
-    estimate_.pose = since_measurement(from_world);
-    estimate_.world_from_camera = from_world.inverse();
-    estimate_.tracked = source != FrameSource::none;
-    estimate_.age_ns = source == FrameSource::none ? 0 : t_ns_ - measured_ns_;
 }
 
 } // namespace afterglow

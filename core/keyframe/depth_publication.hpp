@@ -24,12 +24,14 @@ public:
 
     /// A new image, taken at `t_ns`, with no pose to show depth from; asks for a measurement.
     const Estimate &nothing(std::int64_t t_ns);
-    /// A new image, taken at `t_ns` and aligned by `tracker`. `from_world`: the published camera's
-    /// pose for it; `while_read`: as DepthComposer::compose() takes it. Nothing, if the alignment
-    /// is not good.
+    /// A new image, taken at `t_ns` and aligned as said. `from_world`: the published camera's pose
+    /// for it. It has no map yet; what is said of the map stays as it was.
+    const Estimate &tracked(const Alignment &alignment, const Pose &from_world, std::int64_t t_ns);
+    /// The image last tracked() with its map: empty, if the alignment is not good. `tracker` has
+    /// aligned it; `while_read`: as DepthComposer::compose() takes it.
     const Estimate &estimated(const KeyframeSet &keyframes, const KeyframeTracker &tracker,
                               const Pose &from_world, const Twist &while_read,
-                              const DepthCorrection &correction, std::int64_t t_ns);
+                              const DepthCorrection &correction);
     /// `depth`, as the published camera sees it from `from_world`, was measured for the last image;
     /// what it lacks stays as estimated. `fresh`: the keyframe made of it; `calibration`: what it
     /// and those before tell of the cameras. `registered_error`: mean relative difference of it and
@@ -41,7 +43,9 @@ public:
     /// Whether Estimate::confidence is made; it is at first.
     void want_confidence(bool wanted) { confidence_wanted_ = wanted; }
     int flow_level() const { return flow_.level(); }
-    /// The last published map; empty where it has no depth.
+    /// Whether there is a map of the last image.
+    bool has_map() const { return !estimate_.depth.empty(); }
+    /// That map; empty, too, where it has no depth.
     DepthView composed() const;
     /// The map to be measured next is the origin of a new world, where earlier maps have no place.
     /// What was learnt about the sensor stays.
@@ -52,7 +56,8 @@ private:
     void learn_errors(DepthView depth, const ErrorScales &before);
     /// Motion of the published camera since the last measurement.
     Pose since_measurement(const Pose &from_world) const;
-    void describe(FrameSource source, const Pose &from_world);
+    void place(FrameSource source, const Pose &from_world);
+    void describe_map();
 
     Views views_;
     Intrinsics camera_; ///< the published one

@@ -29,14 +29,16 @@ const Estimate &KeyframePipeline::track(LumaView luma, std::int64_t t_ns) {
         return publication_.nothing(t_ns);
     tracker_.align(keyframes_, t_ns, dt, publication_.composed(), published_correction(), motion_);
     depth_now_ = views_.surface_from_tracking * lag() * motion_.now();
-    return publication_.estimated(keyframes_, tracker_, published_now(), while_read(),
-                                  published_correction(), t_ns);
+    const Estimate &tracked = publication_.tracked(tracker_.alignment(), published_now(), t_ns);
+    return depth_wanted_ ? draw() : tracked;
 }
 
 const Estimate &KeyframePipeline::measure(const Measurement &measurement) {
     assert(measurement.depth.width() == views_.surface.width &&
            measurement.depth.height() == views_.surface.height);
     prepare();
+    if (!publication_.has_map() && keyframes_.size() > 0)
+        draw(); // errors are learnt from it
     if (stated_lag_s_ != measurement.lag_s) {
         stated_lag_s_ = measurement.lag_s;
         depth_now_ = views_.surface_from_tracking * lag() * motion_.now();
@@ -96,6 +98,12 @@ Pose KeyframePipeline::published_now() const {
 
 DepthCorrection KeyframePipeline::published_correction() const {
     return views_.publishes_surface() ? registration_.correction() : DepthCorrection{};
+}
+
+/// Makes the depth map of the image last tracked.
+const Estimate &KeyframePipeline::draw() {
+    return publication_.estimated(keyframes_, tracker_, published_now(), while_read(),
+                                  published_correction());
 }
 
 /// Places the arriving map among the keyframes; where neither images nor geometry tell its place,

@@ -31,6 +31,7 @@ public:
     void prepare() override;
     void restart() override { keyframes_.clear(); }
     void want_confidence(bool wanted) override { publication_.want_confidence(wanted); }
+    void want_depth(bool wanted) override { depth_wanted_ = wanted; }
 
 private:
     /// Motion of the tracking camera from an image's exposure to its depth map's.
@@ -42,6 +43,7 @@ private:
     /// The correction that composed maps are shown with.
     DepthCorrection published_correction() const;
     bool warps_arriving() const;
+    const Estimate &draw();
     std::optional<double> register_map();
     void forget();
 
@@ -60,6 +62,7 @@ private:
     SurfaceRegistration published_; ///< and the published one
     DepthPublication publication_;
     std::int64_t t_ns_ = 0;
+    bool depth_wanted_ = true;
     bool prepared_ = true; ///< the newest keyframe, for later images
 };
 

@@ -80,13 +80,17 @@ const Estimate &RigPipeline::measure(const Measurement &measurement) {
 
 const Estimate &RigPipeline::publish(const Estimate &composed) {
     estimate_ = composed;
+    if (composed.depth.empty()) {
+        estimate_.coverage = coverage_; // of the last map
+        return estimate_;
+    }
     const ImageView<std::uint8_t> confidence =
         composed.confidence.empty() ? ImageView<std::uint8_t>() : confidence_.view();
     const int covered =
         published_.run(composed.depth, composed.confidence, depth_, confidence, pool_);
     estimate_.depth = depth_;
     estimate_.confidence = confidence;
-    estimate_.coverage =
+    estimate_.coverage = coverage_ =
         100 * static_cast<float>(covered) / static_cast<float>(depth_.width() * depth_.height());
     return estimate_;
 }

@@ -22,6 +22,7 @@ public:
     void prepare() override { pipeline_.prepare(); }
     void restart() override { pipeline_.restart(); }
     void want_confidence(bool wanted) override { pipeline_.want_confidence(wanted); }
+    void want_depth(bool wanted) override { pipeline_.want_depth(wanted); }
 
 private:
     RigPipeline(const KeyframeOptions &options, const RigGeometry &geometry, const Views &views,
@@ -39,6 +40,7 @@ private:
     DepthResampler published_;
     DepthMap depth_;
     Image<std::uint8_t> confidence_;
+    float coverage_ = 0; ///< of the last map
     Estimate estimate_;
 };
 

@@ -55,6 +55,48 @@ TEST_CASE("the frame loop makes no unwanted confidences after a change of calibr
     CHECK(estimated.estimate.confidence.empty());
 }
 
+TEST_CASE("the frame loop makes as few depth maps as are wanted") {
+    Fixture fixture({.mode = GateMode::interval, .interval_frames = 12});
+    fixture.loop.want_depth_every(std::chrono::milliseconds(100));
+    std::string maps; // an image each 33 ms; as are wanted is every third
+    for (int k = 0; k < 24; ++k) {
+        const FrameResult result = fixture.step();
+        REQUIRE(result.capture == Capture::frame);
+        CHECK(result.estimate.tracked);
+        maps += result.estimate.depth.empty()                     ? '.'
+                : result.estimate.source == FrameSource::measured ? 'm'
+                                                                  : 'e';
+    }
+    CHECK(maps == "me..e..e..e.me..e..e..e.");
+    fixture.loop.want_depth_every({});
+    CHECK(fixture.step().estimate.source == FrameSource::measured);
+    for (int k = 0; k < 3; ++k)
+        CHECK_FALSE(fixture.step().estimate.depth.empty());
+}
+
+TEST_CASE("the frame loop makes a depth map of each image that waits for a measurement") {
+    FakeCameras cameras;
+    Rig rig = cameras.rig();
+    rig.pairing.warmup_maps = 2; // what is measured is compared with the map, where there is one
+    WorkerPool pool(1);
+    FrameLoop loop(rig, pipeline_factory({}, pool), GatePolicy{});
+    loop.want_depth_every(std::chrono::seconds(1));
+    REQUIRE(loop.start());
+    const auto step = [&] { return loop.step(std::chrono::nanoseconds(0)); };
+    while (step().estimate.source != FrameSource::measured)
+        REQUIRE(cameras.sequence < 5);
+    CHECK_FALSE(step().estimate.depth.empty()); // the gate compares later ones with it
+    CHECK(step().estimate.depth.empty());
+    loop.gate().request_measurement();
+    const FrameResult asked = step(); // the camera is warming up
+    CHECK(asked.lit);
+    CHECK(asked.tof == Capture::none);
+    CHECK(asked.estimate.depth.empty());
+    cameras.read_tof = [](DepthFrame &) { return Capture::none; };
+    for (int k = 0; k < 2; ++k)
+        CHECK(step().estimate.source == FrameSource::estimated);
+}
+
 TEST_CASE("the frame loop prepares its pipeline before it waits for the next image") {
     struct Noted final : Pipeline {
         Noted(std::unique_ptr<Pipeline> made, std::string &log)

@@ -155,6 +155,54 @@ TEST_CASE("depth and expected error of the keyframe pipeline do not depend on wh
     }
 }
 
+TEST_CASE("depth maps that the keyframe pipeline leaves out change no other", "[core]") {
+    const Film scene = film_room(320, 240, 14);
+    Viewer always(scene), sometimes(scene);
+    for (int k = 0; k < 14; ++k) {
+        const bool wanted = k % 3 == 1;
+        sometimes.want_depth(wanted);
+        const Estimate &all = always.track(k), &some = sometimes.track(k);
+        CAPTURE(k);
+        CHECK(some.pose.T == all.pose.T);
+        CHECK(some.pose.R == all.pose.R);
+        CHECK(some.age_ns == all.age_ns);
+        CHECK(some.tracked == all.tracked);
+        if (wanted) {
+            CHECK(copy(some.depth) == copy(all.depth));
+            CHECK(copy(some.confidence) == copy(all.confidence));
+            CHECK(some.expected_mre == all.expected_mre);
+        } else if (k > 0) { // before the first measurement there is nothing to leave out
+            CHECK(some.depth.empty());
+            CHECK(some.confidence.empty());
+        }
+        if (k == 0 || k == 6 || k == 7) { // of images with and without a map
+            const Estimate &measured = sometimes.measure(k);
+            CHECK(copy(measured.depth) == copy(always.measure(k).depth));
+            CHECK(measured.fresh_mre == all.fresh_mre);
+        }
+    }
+}
+
+TEST_CASE("a keyframe pipeline that has left out the map before it asks for light where it would "
+          "have gone on from that map",
+          "[core]") {
+    const Film scene = film_room(320, 240, 2);
+    Viewer viewer(scene);
+    viewer.track(0);
+    viewer.measure(0);
+    viewer.want_depth(false);
+    viewer.track(1);
+    const Estimate &lost = viewer.track(Luma(320, 240, std::uint8_t{128}));
+    CHECK(lost.source == FrameSource::none);
+    CHECK_FALSE(lost.tracked);
+    CHECK(lost.wants_measurement);
+    CHECK(lost.depth.empty());
+    viewer.want_depth(true);
+    const Estimate &found = viewer.track(1);
+    CHECK(found.source == FrameSource::estimated);
+    CHECK(found.coverage > 50);
+}
+
 TEST_CASE("the keyframe pipeline inverts the motion of a reversed sequence", "[core]") {
     std::vector<int> backwards = forwards();
     std::reverse(backwards.begin(), backwards.end());

@@ -133,6 +133,30 @@ TEST_CASE("two cameras with lenses give depth in the view of either, or of a thi
     }
 }
 
+TEST_CASE("a rig's pipeline leaves out depth maps that nobody wants") {
+    const RigGeometry geometry = publishing_tof();
+    const SyntheticOptions options{.real_time = false, .frames = 6, .rig = geometry.rig};
+    Result<Rig> rig = open_synthetic(options);
+    REQUIRE(rig);
+    WorkerPool pool(1);
+    FrameLoop loop(*rig, pipeline_factory({}, pool), {}, geometry);
+    loop.want_depth_every(1s);
+    REQUIRE(loop.start());
+    loop.step(0ns);
+    const float coverage = loop.step(0ns).estimate.coverage; // after a measurement there is one
+    CHECK(coverage > 80);
+    loop.gate().set_policy({.mode = GateMode::off});
+    const FrameResult skipped = loop.step(0ns);
+    CHECK(skipped.estimate.depth.empty());
+    CHECK(skipped.estimate.tracked);
+    CHECK(skipped.estimate.coverage == coverage);
+    loop.gate().set_policy({});
+    loop.gate().request_measurement();
+    const FrameResult measured = loop.step(0ns);
+    CHECK(measured.estimate.source == FrameSource::measured);
+    CHECK(measured.estimate.coverage > 80);
+}
+
 TEST_CASE("a program that used the TOF camera gets its readings as they were measured") {
     const Outcome outcome = run(publishing_tof(), 4, false);
     CHECK(outcome.measured >= 1);

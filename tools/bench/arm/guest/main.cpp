@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// afterglow-counted FRAMES PRESET STILL: shows the frames of a file to the daemon's frame loop, and
-// then the last image STILL times more with the light off. Marks what the pipeline does.
+// afterglow-counted FRAMES PRESET STILL depth|confidence INTERVAL_MS: shows the frames of a file to
+// the daemon's frame loop, and then the last image STILL times more with the light off. Marks what
+// the pipeline does.
 #include "capture/frame_loop.hpp"
 #include "drivers/simulated/sequence_rig.hpp"
 #include "tools/bench/arm/frames_file.hpp"
@@ -93,6 +94,7 @@ public:
     }
     void restart() override { pipeline_->restart(); }
     void want_confidence(bool wanted) override { pipeline_->want_confidence(wanted); }
+    void want_depth(bool wanted) override { pipeline_->want_depth(wanted); }
 
 private:
     void mark(Mark what) const { prctl(mark_option, static_cast<int>(what), frame_); }
@@ -109,8 +111,8 @@ int refuse(const char *what) {
 } // namespace
 
 int main(int argc, char **argv) {
-    if (argc != 5)
-        return refuse("the arguments are FRAMES PRESET STILL depth|confidence");
+    if (argc != 6)
+        return refuse("the arguments are FRAMES PRESET STILL depth|confidence INTERVAL_MS");
     std::ifstream file(argv[1], std::ios::binary);
     FramesHeader header{};
     if (!file.read(reinterpret_cast<char *>(&header), sizeof header) || header.frames < 1)
@@ -129,6 +131,7 @@ int main(int argc, char **argv) {
     };
     FrameLoop loop(rig, make, GatePolicy{});
     loop.want_confidence(std::string_view(argv[4]) == "confidence");
+    loop.want_depth_every(std::chrono::milliseconds(std::strtol(argv[5], nullptr, 10)));
     if (!loop.start())
         return refuse("the replay does not start");
     for (long frame = 0; frame < frames + still; ++frame) {
