@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <ctime>
 #include <string>
+#include <utility>
 
 namespace afterglow {
 
@@ -50,6 +51,7 @@ std::chrono::nanoseconds CaptureSession::turn(const Orders &orders, Time now) {
         start_tof(now);
 
     loop_.want_confidence(ring_.confidence_wanted());
+    loop_.want_depth_every(ring_.wanted_interval());
     const FrameResult result = loop_.step(frame_timeout);
     if (const std::string warning = rig_.tof->take_warning(); !warning.empty())
         outbox_.note(Priority::warning, warning);
@@ -148,7 +150,13 @@ void CaptureSession::take(const FrameResult &result, Time now) {
     if (tof_running_)
         watch_tof(result, now);
     tell(CameraState::running);
-    publish(result);
+    charge(result.t_ns);
+    if (!result.estimate.depth.empty()) {
+        publish(result);
+    } else {
+        ++skipped_;
+        skipped_lit_ += result.lit;
+    }
 }
 
 void CaptureSession::charge(std::int64_t t_ns) {
@@ -197,9 +205,10 @@ void CaptureSession::publish(const FrameResult &result) {
     first_ = false;
     FrameEvent event = {ring_.publish(estimate, result.luma, frame), damaged_, missed_,
                         result.reason};
-    charge(result.t_ns);
     event.stream_ns = stream_ns_;
     event.cpu_ns = cpu_ns_;
+    event.skipped = std::exchange(skipped_, 0);
+    event.skipped_lit = std::exchange(skipped_lit_, 0);
     if (result.tof == Capture::frame)
         event.pairing_error_ns = std::abs(result.tof_t_ns - result.t_ns);
     event.calibration = estimate.calibration;

@@ -120,6 +120,9 @@ private:
     std::uint64_t damaged_ = 0;
     std::uint64_t missed_ = 0;
 
+    std::uint32_t skipped_ = 0;     ///< images since the last frame that had none
+    std::uint32_t skipped_lit_ = 0; ///< those with light
+
     std::uint64_t measurements_ = 0;
     std::int64_t measurement_t_ns_ = 0; ///< of the last one, on the images' clock
     std::uint64_t tof_sequence_ = 0;    ///< of the same

@@ -2,6 +2,8 @@
 #include "ipc/bus/call_rights.hpp"
 
 #include <algorithm>
+#include <chrono>
+#include <cstdint>
 #include <string_view>
 
 namespace afterglow {
@@ -15,11 +17,36 @@ constexpr Right control_rights[] = {Right::control};
 constexpr std::string_view controlling[] = {"Set",        "Measure", "RequestAccuracy", "HoldMode",
                                             "SavePolicy", "Reload",  "ResetStatistics"};
 
-/// Null: there is none of that name.
-bool *option_of(StreamOptions &options, std::string_view name) {
+/// Null: there is none of that name that is true or false.
+bool *flag_of(StreamOptions &options, std::string_view name) {
     return name == "images"       ? &options.images
            : name == "confidence" ? &options.confidence
                                   : nullptr;
+}
+
+/// Reads the variant of one option. Returns a negative errno, with `error` set where the caller is
+/// to blame.
+int read_open_option(sd_bus_message *call, const char *name, StreamOptions &options,
+                     sd_bus_error *error) {
+    if (bool *const flag = flag_of(options, name)) {
+        int wanted = 0;
+        if (sd_bus_message_read(call, "v", "b", &wanted) < 0)
+            return sd_bus_error_setf(error, SD_BUS_ERROR_INVALID_ARGS,
+                                     "The option '%s' is true or false.", name);
+        *flag = wanted != 0;
+        return 0;
+    }
+    if (std::string_view(name) != "interval_ms")
+        return sd_bus_error_setf(error, SD_BUS_ERROR_INVALID_ARGS, "OpenStream has no option '%s'.",
+                                 name);
+    std::uint32_t ms = 0;
+    if (sd_bus_message_read(call, "v", "u", &ms) < 0 ||
+        std::chrono::milliseconds(ms) > StreamOptions::longest_interval)
+        return sd_bus_error_setf(error, SD_BUS_ERROR_INVALID_ARGS,
+                                 "The option '%s' is an unsigned number of at most %d.", name,
+                                 static_cast<int>(StreamOptions::longest_interval.count()));
+    options.interval = std::chrono::milliseconds(ms);
+    return 0;
 }
 
 } // namespace
@@ -28,17 +55,9 @@ int read_open_options(sd_bus_message *call, StreamOptions &options, sd_bus_error
     int result = sd_bus_message_enter_container(call, 'a', "{sv}");
     while (result > 0 && (result = sd_bus_message_enter_container(call, 'e', "sv")) > 0) {
         const char *name = nullptr;
-        if ((result = sd_bus_message_read(call, "s", &name)) < 0)
+        if ((result = sd_bus_message_read(call, "s", &name)) < 0 ||
+            (result = read_open_option(call, name, options, error)) < 0)
             break;
-        bool *const option = option_of(options, name);
-        if (option == nullptr)
-            return sd_bus_error_setf(error, SD_BUS_ERROR_INVALID_ARGS,
-                                     "OpenStream has no option '%s'.", name);
-        int wanted = 0;
-        if (sd_bus_message_read(call, "v", "b", &wanted) < 0)
-            return sd_bus_error_setf(error, SD_BUS_ERROR_INVALID_ARGS,
-                                     "The option '%s' is true or false.", name);
-        *option = wanted != 0;
         result = sd_bus_message_exit_container(call);
     }
     return std::min(result, 0);

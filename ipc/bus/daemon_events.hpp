@@ -65,6 +65,8 @@ struct FrameEvent {
     std::int64_t pairing_error_ns = -1;   ///< between image and measurement; -1: not measured
     std::int64_t wake_latency_ns = -1;    ///< of a light that had to go on for it; -1: none
     CalibrationState calibration{};       ///< as the measurements so far show it
+    std::uint32_t skipped = 0; ///< images since the frame before that no reader wanted a frame of
+    std::uint32_t skipped_lit = 0; ///< those of them for which the light was on
 };
 
 } // namespace afterglow

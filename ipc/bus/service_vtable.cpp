@@ -174,6 +174,7 @@ std::vector<sd_bus_vtable> DepthService::Vtable::make() {
         SD_BUS_PROPERTY("FramesMeasured", "t", count<&Statistics::measured>, 0, 0),
         SD_BUS_PROPERTY("FramesEstimated", "t", count<&Statistics::estimated>, 0, 0),
         SD_BUS_PROPERTY("FramesWithoutDepth", "t", count<&Statistics::without_depth>, 0, 0),
+        SD_BUS_PROPERTY("FramesSkipped", "t", count<&Statistics::skipped>, 0, 0),
         SD_BUS_PROPERTY("FramesDamaged", "t", count<&Statistics::damaged>, 0, 0),
         SD_BUS_PROPERTY("FramesMissed", "t", count<&Statistics::missed>, 0, 0),
         SD_BUS_PROPERTY("DutyCycle", "d", count<&Statistics::duty_cycle>, 0, 0),

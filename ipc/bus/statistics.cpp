@@ -45,7 +45,8 @@ void Statistics::add(const FrameEvent &event) {
     ++published_;
     measured_ += event.frame.source == AFTERGLOW_MEASURED;
     estimated_ += event.frame.source == AFTERGLOW_ESTIMATED;
-    illuminated_ += event.frame.emitter == AFTERGLOW_EMITTER_ON;
+    skipped_ += event.skipped;
+    illuminated_ += (event.frame.emitter == AFTERGLOW_EMITTER_ON) + event.skipped_lit;
     damaged_ = event.damaged;
     missed_ = event.missed;
     stream_ns_ = event.stream_ns;
@@ -78,9 +79,9 @@ double Statistics::cpu_load() const {
 }
 
 double Statistics::duty_cycle() const {
-    return published_ == 0
-               ? 0
-               : 100.0 * static_cast<double>(illuminated_) / static_cast<double>(published_);
+    const std::uint64_t images = published_ + skipped_;
+    return images == 0 ? 0
+                       : 100.0 * static_cast<double>(illuminated_) / static_cast<double>(images);
 }
 
 } // namespace afterglow

@@ -38,9 +38,11 @@ public:
     std::uint64_t measured() const { return measured_; }
     std::uint64_t estimated() const { return estimated_; }
     std::uint64_t without_depth() const { return published_ - measured_ - estimated_; }
+    /// Images without a frame, because no reader wanted one.
+    std::uint64_t skipped() const { return skipped_; }
     std::uint64_t damaged() const { return damaged_ - damaged_before_; }
     std::uint64_t missed() const { return missed_ - missed_before_; }
-    /// Percent of the published images for which the TOF light was on; 0 before the first.
+    /// Percent of the images for which the TOF light was on; 0 before the first.
     double duty_cycle() const;
     /// CPU seconds that the process used for each second of the stream, measured; 0 before the
     /// second image. Time in which the cameras sleep does not count.
@@ -66,7 +68,8 @@ private:
     std::uint64_t published_ = 0;
     std::uint64_t measured_ = 0;
     std::uint64_t estimated_ = 0;
-    std::uint64_t illuminated_ = 0;
+    std::uint64_t skipped_ = 0;
+    std::uint64_t illuminated_ = 0; ///< images
     // The events count since the start of the daemon.
     std::uint64_t damaged_ = 0, damaged_before_ = 0;
     std::uint64_t missed_ = 0, missed_before_ = 0;

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <ctime>
 #include <limits>
@@ -52,7 +53,8 @@ bool take(const afterglow_options *given, afterglow_options &options) {
     const std::size_t known = std::min<std::size_t>(given->size, sizeof options);
     std::memcpy(&options, given, known);
     return std::all_of(bytes + known, bytes + given->size, [](auto byte) { return byte == 0; }) &&
-           (options.flags & ~all_flags) == 0 && options.reserved == 0;
+           (options.flags & ~all_flags) == 0 &&
+           std::chrono::milliseconds(options.interval_ms) <= StreamOptions::longest_interval;
 }
 
 std::int64_t now_ms() {
@@ -150,7 +152,8 @@ int afterglow_open(const afterglow_options *given, afterglow_stream **stream) {
     if (const int error =
             opened->link.create({opened->bus.get(),
                                  {.images = (options.flags & AFTERGLOW_IMAGES) != 0,
-                                  .confidence = (options.flags & AFTERGLOW_CONFIDENCE) != 0},
+                                  .confidence = (options.flags & AFTERGLOW_CONFIDENCE) != 0,
+                                  .interval = std::chrono::milliseconds(options.interval_ms)},
                                  (options.flags & AFTERGLOW_RECONNECT) != 0,
                                  std::uint64_t{timeout_ms} * 1000});
         error < 0)

@@ -16,7 +16,7 @@ constexpr std::size_t frame_size = 328;
 constexpr std::size_t message_size = 16;
 
 // afterglow/afterglow.h of the library's version 1.0.
-constexpr std::size_t options_size = offsetof(afterglow_options, reserved) + 4;
+constexpr std::size_t options_size = offsetof(afterglow_options, interval_ms) + 4;
 constexpr std::size_t info_size = offsetof(afterglow_info, ring_minor) + 4;
 constexpr std::size_t plane_info_size = offsetof(afterglow_plane_info, unit) + 8;
 

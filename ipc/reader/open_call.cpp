@@ -47,6 +47,8 @@ int append(sd_bus_message *call, const StreamOptions &options) {
          {std::pair("images", options.images), std::pair("confidence", options.confidence)})
         if (error >= 0 && wanted)
             error = sd_bus_message_append(call, "{sv}", name, "b", 1);
+    if (const auto ms = static_cast<std::uint32_t>(options.interval.count()); error >= 0 && ms > 0)
+        error = sd_bus_message_append(call, "{sv}", "interval_ms", "u", ms);
     return error < 0 ? error : sd_bus_message_close_container(call);
 }
 

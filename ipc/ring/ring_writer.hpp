@@ -7,6 +7,7 @@
 #include "ipc/ring/ring_memory.hpp"
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -68,6 +69,14 @@ public:
         confidence_wanted_.store(wanted, std::memory_order_release);
     }
     bool confidence_wanted() const { return confidence_wanted_.load(std::memory_order_acquire); }
+    /// How often streams want a frame, at least; 0: of every image. Who makes them asks
+    /// wanted_interval().
+    void want_interval(std::chrono::milliseconds interval) {
+        wanted_interval_.store(interval, std::memory_order_release);
+    }
+    std::chrono::milliseconds wanted_interval() const {
+        return wanted_interval_.load(std::memory_order_acquire);
+    }
     /// Descriptors of the newest pair for one reader, with open file descriptions of their own.
     Result<ReaderFds> reader_fds(bool images) const;
     /// Number of renewals.
@@ -108,6 +117,7 @@ private:
     std::atomic<std::uint64_t> head_ = 0;
     std::atomic<bool> images_wanted_ = false;
     std::atomic<bool> confidence_wanted_ = false;
+    std::atomic<std::chrono::milliseconds> wanted_interval_ = std::chrono::milliseconds(0);
     std::atomic<std::uint64_t> renewals_ = 0;
     std::atomic<Pair *> offered_ = nullptr; ///< the newest pair, for the estimator thread to begin
     std::atomic<Pair *> in_use_ = nullptr;  ///< what it has begun: it is done with those before

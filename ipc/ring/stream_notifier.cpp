@@ -12,6 +12,7 @@
 #include <cerrno>
 #include <cstring>
 #include <ctime>
+#include <optional>
 #include <poll.h>
 #include <utility>
 
@@ -135,8 +136,7 @@ Result<UniqueFd> StreamNotifier::open(uid_t user, const StreamOptions &options,
     Result<UniqueFd> client = connect(*place, {user, options, owner});
     if (client)
         ++count_;
-    else
-        pass_on_wishes();
+    pass_on_wishes();
     return client;
 }
 
@@ -266,6 +266,7 @@ void StreamNotifier::end_hung_up() {
 void StreamNotifier::pass_on_wishes() {
     ring_.want_images(wished_for(&StreamOptions::images));
     ring_.want_confidence(wished_for(&StreamOptions::confidence));
+    ring_.want_interval(shortest_interval());
 }
 
 /// Whether a stream was opened with it.
@@ -273,6 +274,15 @@ bool StreamNotifier::wished_for(bool StreamOptions::*option) const {
     return std::ranges::any_of(streams_, [&](const Stream &stream) {
         return stream.socket && stream.claim.options.*option;
     });
+}
+
+/// Of all streams; 0 while there are none.
+milliseconds StreamNotifier::shortest_interval() const {
+    std::optional<milliseconds> shortest;
+    for (const Stream &stream : streams_)
+        if (const milliseconds interval = stream.claim.options.interval; stream.socket)
+            shortest = std::min(shortest.value_or(interval), interval);
+    return shortest.value_or(milliseconds(0));
 }
 
 void StreamNotifier::run() {

@@ -113,6 +113,7 @@ private:
     void end_hung_up();
     void pass_on_wishes();
     bool wished_for(bool StreamOptions::*option) const;
+    std::chrono::milliseconds shortest_interval() const;
     bool renewal_due() const;
     int wait_ms() const;
     Status renew_if_due();

@@ -65,6 +65,7 @@ const std::vector<FakeProperty> &FakeService::properties_at_start() {
         {"FramesMeasured", 't', false, std::uint64_t{100}},
         {"FramesEstimated", 't', false, std::uint64_t{890}},
         {"FramesWithoutDepth", 't', false, std::uint64_t{10}},
+        {"FramesSkipped", 't', false, std::uint64_t{0}},
         {"FramesDamaged", 't', false, std::uint64_t{2}},
         {"FramesMissed", 't', false, std::uint64_t{3}},
         {"DutyCycle", 'd', false, 12.5},

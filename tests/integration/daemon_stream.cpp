@@ -150,6 +150,37 @@ TEST_CASE("the daemon works out confidences while a reader asks for them") {
     CHECK(wait_until([&] { return !tells_errors(); }));
 }
 
+TEST_CASE("the daemon makes as few frames as its readers want") {
+    Served served(small_room);
+    afterglow::Options options;
+    options.bus = served.bus.address();
+    options.interval = std::chrono::milliseconds(400);
+    afterglow::Stream slow(options);
+    const auto read = [&] {
+        while (true) {
+            REQUIRE(slow.wait(std::chrono::minutes(1)));
+            if (const auto frame = slow.read_latest())
+                return frame->info.sequence;
+        }
+    };
+    constexpr int frames = 6;
+    const std::uint64_t first = read();
+    std::uint64_t last = first;
+    for (int k = 1; k < frames; ++k)
+        last = read();
+    CHECK(last - first > 3 * frames); // images
+    const auto skipped = [&] { return served.value("FramesSkipped"); };
+    CHECK(skipped() > 0);
+    options.interval = {};
+    const afterglow::Stream each(options);
+    CHECK(wait_until([&] {
+        const double before = skipped();
+        for (int k = 0; k < 20; ++k)
+            read();
+        return skipped() == before;
+    }));
+}
+
 TEST_CASE("a client changes the gate's mode over D-Bus") {
     Served served(small_room);
     afterglow_stream *stream = nullptr;

@@ -123,6 +123,39 @@ TEST_CASE("the ring says which measurement a frame rests on, and where the camer
     CHECK((woken.flags & AFTERGLOW_FRAME_FIRST) != 0);
 }
 
+TEST_CASE("images between the frames that readers want are counted with their light") {
+    CaptureFixture fixture;
+    fixture.orders.policy = {.mode = GateMode::interval, .interval_frames = 20};
+    fixture.ring->want_interval(200ms); // every sixth image
+    fixture.turn();
+    CHECK(fixture.last_event()->skipped == 0);
+    fixture.turn();
+    for (int k = 0; k < 5; ++k)
+        fixture.turn();
+    CHECK(fixture.last_event()->frame.index == 1);
+    fixture.turn();
+    const auto third = fixture.last_event();
+    REQUIRE(third);
+    CHECK(third->frame.index == 2);
+    CHECK(third->frame.sequence == 7);
+    CHECK(third->skipped == 5);
+    CHECK(third->skipped_lit == 0);
+    CHECK(third->missed == 0);
+    CHECK(third->stream_ns == 7 * 33'000'000);
+
+    fixture.cameras.read_tof = [](DepthFrame &) { return Capture::none; };
+    fixture.turn();
+    fixture.orders.measurements = 1;
+    fixture.turn(); // asks for light, and is not to have a frame
+    CHECK_FALSE(fixture.last_event());
+    fixture.turn();
+    const auto lit = fixture.last_event();
+    REQUIRE(lit);
+    CHECK(lit->frame.emitter == AFTERGLOW_EMITTER_ON);
+    CHECK(lit->skipped == 2);
+    CHECK(lit->skipped_lit == 1);
+}
+
 TEST_CASE("a frame without depth names no measurement") {
     CaptureFixture fixture;
     fixture.orders.policy.mode = GateMode::off;

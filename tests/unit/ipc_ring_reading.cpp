@@ -248,7 +248,7 @@ TEST_CASE("libafterglow refuses options that it does not know", "[ipc]") {
     newer.options.flags = 16;
     CHECK(afterglow_open(&newer.options, &stream) == -EINVAL);
     newer.options.flags = 0;
-    newer.options.reserved = 1;
+    newer.options.interval_ms = 1001;
     CHECK(afterglow_open(&newer.options, &stream) == -EINVAL);
 }
 

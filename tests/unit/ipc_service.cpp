@@ -133,6 +133,17 @@ TEST_CASE("OpenStream refuses options that are unknown or of a wrong type", "[ip
         CHECK(wrong.error == SD_BUS_ERROR_INVALID_ARGS);
         CHECK(wrong.message == "The option '" + name + "' is true or false.");
     }
+    const auto with_interval = [&](const char *type, auto value) {
+        const Answer wrong = daemon.serve([&] {
+            return Client(address).call("OpenStream", "a{sv}", 1, "interval_ms", type, value);
+        });
+        CHECK(wrong.error == SD_BUS_ERROR_INVALID_ARGS);
+        CHECK(wrong.message == "The option 'interval_ms' is an unsigned number of at most 1000.");
+    };
+    with_interval("u", 1001U);
+    with_interval("u", 0xffffffffU);
+    with_interval("i", 100);
+    with_interval("s", "100");
     CHECK(daemon.control.claims.empty());
 }
 
@@ -150,6 +161,35 @@ TEST_CASE("the options of OpenStream make the ring want images and confidences",
     CHECK(daemon.ring.streams().takes_images());
     const Stream confidence = open(AFTERGLOW_CONFIDENCE);
     CHECK(daemon.ring.writer().confidence_wanted());
+}
+
+TEST_CASE("the ring is to have frames as often as the least patient stream wants them", "[ipc]") {
+    using std::chrono::milliseconds;
+    BusService daemon;
+    const std::string address = daemon.bus.address();
+    const auto open = [&](std::uint32_t interval_ms) {
+        afterglow_options options = {};
+        options.size = sizeof options;
+        options.bus = address.c_str();
+        options.interval_ms = interval_ms;
+        afterglow_stream *stream = nullptr;
+        CHECK(daemon.serve([&] { return afterglow_open(&options, &stream); }) == 0);
+        return Stream(stream);
+    };
+    const auto wanted = [&] { return daemon.ring.writer().wanted_interval(); };
+    CHECK(wanted() == milliseconds(0)); // nobody to be content with few
+    {
+        const Stream slow = open(1000);
+        CHECK(wanted() == milliseconds(1000));
+        {
+            const Stream faster = open(200);
+            CHECK(wanted() == milliseconds(200));
+            const Stream each = open(0);
+            CHECK(wanted() == milliseconds(0));
+        }
+        daemon.run_until([&] { return wanted() == milliseconds(1000); });
+    }
+    daemon.run_until([&] { return wanted() == milliseconds(0); });
 }
 
 TEST_CASE("OpenStream limits the number of streams per user", "[ipc]") {

@@ -64,6 +64,21 @@ TEST_CASE("the statistics count frames by source of depth", "[ipc]") {
     CHECK(static_cast<double>(statistics.latency_p50()) == Approx(2e6).epsilon(0.03));
 }
 
+TEST_CASE("the duty cycle counts images without a frame as well", "[ipc]") {
+    Statistics statistics;
+    statistics.add(event_of(AFTERGLOW_MEASURED, true));
+    FrameEvent event = event_of(AFTERGLOW_ESTIMATED, false);
+    event.skipped = 14;
+    event.skipped_lit = 3;
+    statistics.add(event);
+    CHECK(statistics.published() == 2);
+    CHECK(statistics.skipped() == 14);
+    CHECK(statistics.duty_cycle() == 25);
+    statistics.reset();
+    CHECK(statistics.skipped() == 0);
+    CHECK(statistics.duty_cycle() == 0);
+}
+
 TEST_CASE("resetting the statistics clears counts and keeps the last frame's values", "[ipc]") {
     Statistics statistics;
     FrameEvent event = event_of(AFTERGLOW_ESTIMATED, true, 1000);

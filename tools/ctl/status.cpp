@@ -57,12 +57,15 @@ void print_frames(const Json &p) {
         fmt::print(": {:.0f} measured, {:.0f} estimated, {:.0f} without depth",
                    number(p, "FramesMeasured"), number(p, "FramesEstimated"),
                    number(p, "FramesWithoutDepth"));
-    fmt::print("\n  dropped   {:.0f} damaged, {:.0f} missed\n", number(p, "FramesDamaged"),
-               number(p, "FramesMissed"));
+    const double skipped = number(p, "FramesSkipped");
+    fmt::print("{}\n  dropped   {:.0f} damaged, {:.0f} missed\n",
+               skipped > 0 ? fmt::format("; {:.0f} images without one, as readers want", skipped)
+                           : "",
+               number(p, "FramesDamaged"), number(p, "FramesMissed"));
     if (frames == 0)
         return;
-    fmt::print("  light     lit {:.1f} %, measured {:.1f} % of the frames\n",
-               number(p, "DutyCycle"), 100 * number(p, "FramesMeasured") / frames);
+    fmt::print("  light     lit {:.1f} %, measured {:.1f} % of the images\n",
+               number(p, "DutyCycle"), 100 * number(p, "FramesMeasured") / (frames + skipped));
     fmt::print("  power     {:.2f} W by the power model; CPU {:.2f} s per second, measured\n",
                number(p, "EstimatedPower"), number(p, "CpuLoad"));
     fmt::print("  coverage  {:.1f} % of the last frame\n", number(p, "Coverage"));

@@ -74,7 +74,10 @@ struct afterglow_options {
     /* How long afterglow_open() waits for the daemon's answer, and for its start where the bus
      * starts it; 0: 25 seconds. */
     uint32_t timeout_ms;
-    uint32_t reserved; /* 0 */
+    /* How often a frame is wanted, at least, 0 to 1000; 0: of every image. As long as all streams
+     * are content with few frames the daemon makes few, which saves it work and light; a frame may
+     * also come sooner, such as one that was measured. */
+    uint32_t interval_ms;
 };
 
 /* The picture that a stream gives. Changes only with the daemon's configuration, and then

@@ -78,12 +78,13 @@ struct Frame {
 };
 
 struct Options {
-    std::string bus = "system";           ///< "session", or a D-Bus address
-    bool images = false;                  ///< Frame::luma, too
-    bool confidence = false;              ///< else Frame::confidence may be 1: not known
-    bool nonblock = false;                ///< do not wait for the daemon
-    bool reconnect = false;               ///< go on with the next daemon
-    std::chrono::milliseconds timeout{0}; ///< 0: 25 seconds
+    std::string bus = "system";            ///< "session", or a D-Bus address
+    bool images = false;                   ///< Frame::luma, too
+    bool confidence = false;               ///< else Frame::confidence may be 1: not known
+    bool nonblock = false;                 ///< do not wait for the daemon
+    bool reconnect = false;                ///< go on with the next daemon
+    std::chrono::milliseconds timeout{0};  ///< 0: 25 seconds
+    std::chrono::milliseconds interval{0}; ///< of frames, at most 1 s; 0: a frame of every image
 };
 
 /// A stream of frames. For one thread at a time; moved, never copied. What is moved from can only
@@ -103,6 +104,7 @@ public:
                       (options.confidence ? unsigned{AFTERGLOW_CONFIDENCE} : 0U);
         given.bus = options.bus.c_str();
         given.timeout_ms = static_cast<std::uint32_t>(options.timeout.count());
+        given.interval_ms = static_cast<std::uint32_t>(options.interval.count());
         afterglow_stream *opened = nullptr;
         check(afterglow_open(&given, &opened));
         stream_.reset(opened);
