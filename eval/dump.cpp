@@ -17,6 +17,12 @@ std::string cell(const std::optional<double> &value) {
     return value ? fmt::format("{:.4f}", *value) : "";
 }
 
+const char *source_of(const FrameScore &frame) {
+    if (!frame.published)
+        return "skipped";
+    return frame.measured ? "measured" : "estimated";
+}
+
 } // namespace
 
 Status make_folder(const std::string &folder) {
@@ -44,9 +50,8 @@ Status write_frames_csv(const std::string &path, const Evaluation &evaluation) {
     std::string csv = "index,t_ns,source,age_frames,expected_mre,mre,coverage,inliers,lit\n";
     for (const FrameScore &frame : evaluation.frames)
         csv += fmt::format("{},{},{},{},{},{},{},{},{:d}\n", frame.index, frame.t_ns,
-                           frame.measured ? "measured" : "estimated", frame.age_frames,
-                           cell(frame.expected_mre), cell(frame.mre), cell(frame.coverage),
-                           frame.inliers, frame.lit);
+                           source_of(frame), frame.age_frames, cell(frame.expected_mre),
+                           cell(frame.mre), cell(frame.coverage), frame.inliers, frame.lit);
     return write_text(path, csv);
 }
 

@@ -33,6 +33,7 @@ nlohmann::json settings_json(const RunArguments &arguments, const std::string &l
             {"seed", footage.seed},
             {"motion", footage.motion},
             {"noise", footage.noise},
+            {"depth_interval_ms", arguments.depth_interval_ms},
             {"parameters", parameters_json(tuning.first, tuning.second)}};
 }
 
@@ -187,6 +188,10 @@ void RunArguments::add_to(CLI::App &command) {
     command
         .add_option("--workers", workers, "Threads that share the work; no result depends on it")
         ->check(CLI::Range(1, 64));
+    command
+        .add_option("--depth-interval", depth_interval_ms,
+                    "As for readers that want a depth map so often, in ms; 0 = of every image")
+        ->check(CLI::Range(0, 1000));
     command.add_flag("--json", json, "Print one JSON object");
     command.add_option("--csv", csv, "Write a line for each frame to this file");
     command.add_option("--dump", dump, "Write the published depth maps and frames.csv here");
@@ -221,7 +226,8 @@ Status run(const RunArguments &arguments) {
     const PipelineFactory make = arguments.tuning.preset == oracle_preset
                                      ? oracle_factory(tuning->first, pool, footage->truth_at())
                                      : pipeline_factory(tuning->first, pool);
-    const auto evaluation = evaluate(*footage, make, tuning->second, hooks);
+    const auto evaluation = evaluate(*footage, make, tuning->second, hooks,
+                                     std::chrono::milliseconds(arguments.depth_interval_ms));
     if (!evaluation)
         return evaluation.error();
 

@@ -74,6 +74,7 @@ struct RunArguments {
     TuningArguments tuning{.assignments = {}, .has_oracle = true};
     FootageArguments footage;
     int workers = 2;
+    int depth_interval_ms = 0;
     bool json = false;
     std::string csv;
     std::string dump;

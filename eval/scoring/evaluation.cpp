@@ -18,7 +18,8 @@ FrameScore describe(const FrameResult &frame, std::uint64_t index) {
     score.age_frames = estimate.age_frames;
     score.inliers = estimate.inliers;
     score.ms = std::chrono::duration<double, std::milli>(frame.estimation_time).count();
-    if (estimate.expected_mre >= 0)
+    score.published = !estimate.depth.empty();
+    if (score.published && estimate.expected_mre >= 0)
         score.expected_mre = estimate.expected_mre;
     return score;
 }
@@ -34,8 +35,9 @@ void compare(FrameScore &score, DepthView depth, DepthView truth) {
 }
 
 Result<Evaluation> evaluate(Footage &footage, PipelineFactory make, const GatePolicy &gate,
-                            const EvaluationHooks &hooks) {
+                            const EvaluationHooks &hooks, std::chrono::nanoseconds depth_interval) {
     FrameLoop loop(footage.rig, std::move(make), gate, footage.geometry);
+    loop.want_depth_every(depth_interval);
     if (const Status started = loop.start(); !started)
         return started.error();
     Evaluation evaluation;
@@ -57,13 +59,15 @@ Result<Evaluation> evaluate(Footage &footage, PipelineFactory make, const GatePo
         if (frame.capture == Capture::frame) {
             const std::size_t index = evaluation.frames.size();
             FrameScore &score = evaluation.frames.emplace_back(describe(frame, index));
-            if (const auto truth = footage.truth(frame.sequence))
-                compare(score, frame.estimate.depth, *truth);
-            else
-                note(evaluation.unscored, truth.error().message);
-            if (hooks.publish)
-                if (Status published = hooks.publish(index, frame.estimate); !published)
-                    return published.error();
+            if (score.published) {
+                if (const auto truth = footage.truth(frame.sequence))
+                    compare(score, frame.estimate.depth, *truth);
+                else
+                    note(evaluation.unscored, truth.error().message);
+                if (hooks.publish)
+                    if (Status published = hooks.publish(index, frame.estimate); !published)
+                        return published.error();
+            }
         }
         if (hooks.progress && !hooks.progress(done))
             break;

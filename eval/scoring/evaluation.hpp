@@ -14,10 +14,11 @@
 
 namespace afterglow {
 
-/// One published frame and its score.
+/// One frame and its score.
 struct FrameScore {
-    std::uint64_t index = 0; ///< of the published frames, from 0
+    std::uint64_t index = 0; ///< from 0
     std::int64_t t_ns = 0;
+    bool published = false; ///< has a depth map: the rest, but `lit` and `ms`, holds only then
     bool measured = false;
     bool lit = false; ///< FrameResult::lit: also while the TOF camera wakes up
     std::uint32_t age_frames = 0;
@@ -52,8 +53,10 @@ FrameScore describe(const FrameResult &frame, std::uint64_t index);
 void compare(FrameScore &score, DepthView depth, DepthView truth);
 
 /// Takes all footage through the daemon's own frame loop, with the pipeline that `make` makes and a
-/// gate of that policy, and scores what it publishes.
+/// gate of that policy, and scores what it publishes. `depth_interval`: as
+/// FrameLoop::want_depth_every() takes it.
 Result<Evaluation> evaluate(Footage &footage, PipelineFactory make, const GatePolicy &gate,
-                            const EvaluationHooks &hooks = {});
+                            const EvaluationHooks &hooks = {},
+                            std::chrono::nanoseconds depth_interval = {});
 
 } // namespace afterglow

@@ -189,6 +189,27 @@ TEST_CASE("afterglow-eval run gives the same result for any number of workers an
     CHECK(published(evaluate(folder, recording, "3", {"--workers", "4"})) == maps);
 }
 
+TEST_CASE("afterglow-eval run --depth-interval scores as few depth maps as are wanted", "[eval]") {
+    const TemporaryFolder folder;
+    const Ended all = run({"afterglow-eval", "run", record(folder), "--json", "--depth-interval",
+                           "200", "--set", "gate.mode=interval", "--set", "gate.interval_frames=12",
+                           "--csv", folder.path() + "/frames.csv"});
+    REQUIRE(all.code == 0);
+    const auto scores = nlohmann::json::parse(all.output);
+    CHECK(scores["frames"] == frames);
+    CHECK(scores["measured"] == 2);
+    CHECK(scores["settings"]["depth_interval_ms"] == 200);
+    std::istringstream csv(content(folder.path() + "/frames.csv"));
+    int maps = 0, skipped = 0;
+    for (std::string line; std::getline(csv, line);) {
+        maps += line.find("estimated") != std::string::npos;
+        skipped +=
+            line.find(",skipped,") != std::string::npos && line.find(",,,") != std::string::npos;
+    }
+    CHECK(maps == 4); // after each measurement, and once 200 ms later
+    CHECK(skipped == frames - 2 - 4);
+}
+
 TEST_CASE("measured frames are published exactly as recorded", "[eval]") {
     const TemporaryFolder folder;
     const std::string recording = record(folder);

@@ -184,11 +184,11 @@ Status write_frames(const Frames &frames, const std::string &path) {
 
 Result<Counts> count_instructions(const CountedRun &run) {
     const std::string blocks = run.folder + "/blocks";
-    if (Status ran =
-            run_to_end({std::string(run.target.emulator), "-cpu", std::string(run.target.cpu),
-                        "-plugin", std::string(AFTERGLOW_COUNTING_PLUGIN) + ",out=" + blocks,
-                        run.program, run.frames_file, run.preset, std::to_string(run.still),
-                        run.depth_alone ? "depth" : "confidence"});
+    if (Status ran = run_to_end(
+            {std::string(run.target.emulator), "-cpu", std::string(run.target.cpu), "-plugin",
+             std::string(AFTERGLOW_COUNTING_PLUGIN) + ",out=" + blocks, run.program,
+             run.frames_file, run.preset, std::to_string(run.still),
+             run.depth_alone ? "depth" : "confidence", std::to_string(run.depth_interval_ms)});
         !ran)
         return ran.error();
     const auto counts = read_block_counts(blocks);

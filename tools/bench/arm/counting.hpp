@@ -49,10 +49,11 @@ struct CountedRun {
     std::string program; ///< afterglow-counted, for the target
     std::string preset;
     std::string frames_file;
-    int frames = 0;           ///< in that file
-    int still = 0;            ///< how often the last image is shown again
-    bool depth_alone = false; ///< nobody wants confidences
-    std::string folder;       ///< for what is written on the way; of this run alone
+    int frames = 0;            ///< in that file
+    int still = 0;             ///< how often the last image is shown again
+    bool depth_alone = false;  ///< nobody wants confidences
+    int depth_interval_ms = 0; ///< that readers want a depth map in; 0: of every image
+    std::string folder;        ///< for what is written on the way; of this run alone
 };
 
 /// Runs the program under the emulator and counts its instructions; the same run gives the same

@@ -31,6 +31,7 @@ struct Options {
     int frames = 40;
     int still = 20;
     bool depth_alone = false;
+    int depth_interval_ms = 0;
     int jobs = 1;
     std::string json_file;
     std::string check_file;
@@ -56,6 +57,9 @@ struct Options {
             ->check(CLI::Range(1, 100000))
             ->capture_default_str();
         app.add_flag("--depth-alone", depth_alone, "As if no reader asked for confidences");
+        app.add_option("--depth-interval", depth_interval_ms,
+                       "As for readers that want a depth map so often, in ms; 0 = of every image")
+            ->check(CLI::Range(0, 1000));
         app.add_option("--jobs", jobs, "Emulators at a time; no count depends on it")
             ->check(CLI::Range(1, 64));
         app.add_option("--json", json_file, "Write the counts to FILE")->type_name("FILE");
@@ -95,6 +99,7 @@ Result<std::vector<Job>> plan(const Options &options, const std::string &folder)
                                             .frames = static_cast<int>(frames->frames.size()),
                                             .still = options.still,
                                             .depth_alone = options.depth_alone,
+                                            .depth_interval_ms = options.depth_interval_ms,
                                             .folder = {}}});
     }
     return jobs;
@@ -132,8 +137,12 @@ Result<std::vector<CountedSequence>> count_all(const Options &options) {
     for (Job &job : *jobs) {
         if (!*job.counts)
             return job.counts->error();
-        const char *with = job.run.depth_alone ? "/depth" : "";
-        counted.push_back({job.sequence, job.run.preset + with, std::string(job.run.target.name),
+        std::string made = job.run.preset;
+        if (job.run.depth_alone)
+            made += "/depth";
+        if (job.run.depth_interval_ms > 0)
+            made += fmt::format("/{} ms", job.run.depth_interval_ms);
+        counted.push_back({job.sequence, std::move(made), std::string(job.run.target.name),
                            *std::move(*job.counts)});
     }
     return counted;
