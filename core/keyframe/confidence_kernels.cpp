@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -212,6 +213,8 @@ ConfidenceSum look_up(const JudgedPixels &pixels, const Confidences &of, int fir
         const std::uint8_t *classes = pixels.classes.data() + u;
         std::uint8_t *out = confidence.data() + u;
         for (int v = 0; v < confidence.height(); ++v) {
+            hwy::Prefetch(depth + 2 * run);
+            hwy::Prefetch(classes + 2 * run);
             look_up_run(depth, classes, out);
             depth += pixels.depth.stride();
             classes += pixels.classes.stride();
