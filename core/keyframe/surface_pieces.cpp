@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstdlib>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -115,6 +116,19 @@ void SurfacePieces::mark_beside_holes() {
             edges_(x, std::max(y - 1, 0)) |= has_holes;
             edges_(x, std::min(y + 1, depth.height() - 1)) |= has_holes;
         }
+}
+
+float SurfacePieces::nearest_around(int u, int v) const {
+    constexpr int reach = 3;
+    const int column = u / piece_px, row = v / piece_px;
+    for (int ring = 0; ring <= reach; ++ring)
+        for (int y = row - ring; y <= row + ring; ++y) {
+            const int step = std::abs(y - row) == ring ? 1 : std::max(2 * ring, 1);
+            for (int x = column - ring; x <= column + ring; x += step)
+                if (nearest().contains(x, y) && nearest_(x, y) != 0.0f)
+                    return nearest_(x, y);
+        }
+    return 0;
 }
 
 } // namespace afterglow

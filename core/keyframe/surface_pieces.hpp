@@ -55,6 +55,9 @@ public:
     /// The same of pieces that have depth, and the least edge distance of the pixels that have; a
     /// piece has holes if some of its pixels, or all of one beside it, have none.
     ImageView<const SurfacePart> parts() const { return parts_; }
+    /// The least depth of one of the nearest pieces around pixel (u, v) that have any; 0 where none
+    /// has within 3 pieces.
+    float nearest_around(int u, int v) const;
 
 private:
     void mark_beside_holes();

@@ -62,51 +62,23 @@ ViewRow SurfaceProjection::view_row(float y) const {
     const Eigen::Matrix3f moved = Eigen::Matrix3f::Identity() + part * motion_.turn;
     const Eigen::Vector3f shift = moved * shift_ + part * motion_.shift;
     ViewRow row;
-    row.skewed_ = skewed_;
-    row.middle_ = 0.5f * rows_;
+    row.skewed = skewed_;
+    row.middle = 0.5f * rows_;
     const auto turn_back_at = [&](float surface_row) -> Eigen::Matrix3f {
         const Eigen::Matrix3f ahead = turn_ + (surface_row / rows_ - 0.5f) * turn_skew_;
         return (moved * ahead).cast<double>().inverse().cast<float>();
     };
-    Eigen::Matrix3f back = turn_back_at(row.middle_);
+    Eigen::Matrix3f back = turn_back_at(row.middle);
     if (skewed_) {
         const Eigen::Vector3f at_middle = back * Eigen::Vector3f(middle_column_, y, 1);
-        row.middle_ = at_middle.y() / at_middle.z();
-        back = turn_back_at(row.middle_);
-        row.turn_per_row_ = back * moved * turn_skew_ / rows_;
+        row.middle = at_middle.y() / at_middle.z();
+        back = turn_back_at(row.middle);
+        row.turn_per_row = back * moved * turn_skew_ / rows_;
     }
-    row.by_column_ = back.col(0);
-    row.origin_ = back.col(1) * y + back.col(2);
-    row.shift_ = back * shift;
+    row.by_column = back.col(0);
+    row.origin = back.col(1) * y + back.col(2);
+    row.shift = back * shift;
     return row;
-}
-
-ViewRay ViewRow::at(float column) const {
-    const Eigen::Vector3f ray = by_column_ * column + origin_;
-    const float inverse = 1 / ray.z();
-    ViewRay at;
-    at.infinite = inverse * ray.head<2>();
-    at.parallax = shift_.z() * at.infinite - shift_.head<2>();
-    at.scale = inverse;
-    at.shift = inverse * shift_.z();
-    if (skewed_) {
-        // A point moves with its row on the surface, which moves with the point.
-        Eigen::Vector2f by_row;
-        float turned_depth = 0, rows = 0;
-        const auto move_from = [&](const Eigen::Vector2f &place) {
-            const Eigen::Vector3f turned = turn_per_row_ * Eigen::Vector3f(place.x(), place.y(), 1);
-            by_row = place * turned.z() - turned.head<2>();
-            turned_depth = turned.z();
-            rows = (at.infinite.y() - middle_) / (1 - by_row.y());
-        };
-        move_from(at.infinite);
-        move_from(at.infinite + 0.5f * rows * by_row); // halfway
-        const float nearer = at.parallax.y() / (1 - by_row.y());
-        at.infinite += rows * by_row;
-        at.parallax += nearer * by_row;
-        at.scale += at.scale * rows * turned_depth;
-    }
-    return at;
 }
 
 RowProjection SurfaceProjection::row(float v) const {

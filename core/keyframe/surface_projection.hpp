@@ -3,6 +3,7 @@
 
 #include "core/base/camera.hpp"
 #include "core/base/rigid_motion.hpp"
+#include "core/keyframe/corner_kernels.hpp"
 #include "core/keyframe/warp_kernels.hpp"
 
 namespace afterglow {
@@ -14,38 +15,6 @@ struct RollingShutter {
     /// Motion (v, w) of the scene, the view's frame, while the view is read from the first row to
     /// the last; the pose is that of its middle row. For a surface that was measured all at once.
     Twist motion = Twist::Zero();
-};
-
-/// The points of a surface that are seen at one pixel of a view.
-struct ViewRay {
-    Eigen::Vector2f infinite =
-        Eigen::Vector2f::Zero(); ///< the pixel of those that are infinitely far away
-    Eigen::Vector2f parallax =
-        Eigen::Vector2f::Zero(); ///< what nearer ones are beside it, pixels times metres
-    float scale = 0, shift = 0;  ///< their depth in the view is scale z + shift; shift in metres
-
-    /// The pixel of the surface whose point is seen if its depth is z, metres.
-    Eigen::Vector2f place(float z) const { return infinite + (1 / z) * parallax; }
-    float depth(float z) const { return scale * z + shift; }
-};
-
-/// What is seen on one row of a view. The inverse of SurfaceProjection, but for two things: along
-/// parallax a surface's skew is taken to be that of points infinitely far away, and the motion
-/// while the view is read is that of the row itself, not of the one on which a point would be
-/// without it.
-class ViewRow {
-public:
-    ViewRay at(float column) const;
-
-private:
-    friend class SurfaceProjection;
-    /// By y depth, a homogeneous pixel (column, row, 1) of the view becomes y (by_column_ column +
-    /// origin_) - shift_, a homogeneous pixel of the surface.
-    Eigen::Vector3f by_column_, origin_, shift_;
-    /// How surface pixels turn from its first row to its last one, per row from `middle_` on.
-    Eigen::Matrix3f turn_per_row_;
-    float middle_;
-    bool skewed_;
 };
 
 /// Where a surface's points are seen in a view. Real-time safe.

@@ -18,9 +18,6 @@ namespace {
 constexpr float alike_depths = 1.15f;
 /// A tile's pixels show their points if they are no farther from them, pixels.
 constexpr float place_tolerance_px = 0.5f;
-/// How far a corner's point on the surface may be seen from the corner, pixels.
-constexpr float corner_tolerance_px = 0.03f;
-
 constexpr int whole_tiles(int pixels, int size) {
     return (pixels + size - 1) / size;
 }
@@ -45,9 +42,17 @@ TileMapping::TileMapping(const Intrinsics &from, const Intrinsics &to,
       landing_(whole_tiles(from.width, SurfacePieces::piece_px),
                whole_tiles(from.height, SurfacePieces::piece_px)),
       landing_rows_(static_cast<std::size_t>(landing_.height())),
-      mixed_rows_(static_cast<std::size_t>(rows())), rays_(columns() + 1, rows() + 1),
-      millimetres_(rays_.width(), rays_.height()), corners_(columns() + 1, rows() + 1),
-      mapped_(columns(), rows()) {}
+      mixed_rows_(static_cast<std::size_t>(rows())),
+      corners_(columns() + 1, corner_values * (rows() + 1)), nearest_(columns(), rows()),
+      farthest_(nearest_), parallax_px_(nearest_), mapped_(columns(), rows()) {}
+
+TileMapping::CornerRow TileMapping::corner_row(int y) {
+    const auto value = [&](int i) { return corners_.row(y * corner_values + i); };
+    return {.rays = {value(0), value(1), value(2), value(3), value(4), value(5)},
+            .millimetres = value(6),
+            .first = value(7),
+            .shared = {value(8), value(9), value(10), value(11), value(12)}};
+}
 
 void TileMapping::find(const DepthSurface &surface, const SurfaceProjection &projection,
                        const DepthCorrection &correction, float margin_px) {
@@ -61,13 +66,13 @@ void TileMapping::find(const DepthSurface &surface, const SurfaceProjection &pro
 void TileMapping::find_rays(const Mapping &by) {
     const float cx = static_cast<float>(to_.cx), cy = static_cast<float>(to_.cy);
     const float per_fx = static_cast<float>(1 / to_.fx), per_fy = static_cast<float>(1 / to_.fy);
-    pool_.run(rays_.height(), [&](int y) {
+    pool_.run(rows() + 1, [&](int y) {
         const float v = static_cast<float>(y * tile_px);
-        const ViewRow row = by.projection.view_row(v);
-        for (int x = 0; x < rays_.width(); ++x) {
+        const CornerRow row = corner_row(y);
+        find_view_rays(by.projection.view_row(v), tile_px, columns() + 1, row.rays);
+        for (int x = 0; x <= columns(); ++x) {
             const float u = static_cast<float>(x * tile_px);
-            rays_(x, y) = row.at(u);
-            millimetres_(x, y) =
+            row.millimetres[x] =
                 1000.0f / by.correction.scale((u - cx) * per_fx, (v - cy) * per_fy);
         }
     });
@@ -91,8 +96,7 @@ void TileMapping::put_on_tiles(const Mapping &by) {
             for (int x = 0; x < columns(); ++x)
                 tiles()(x, y).seen.add(other.tiles(x, y).seen);
         });
-        for (int x = 0; x < columns(); ++x)
-            find_content(x, y);
+        find_contents(y);
     });
 }
 
@@ -127,38 +131,41 @@ void TileMapping::put_row_on_tiles(const SurfacePieces &pieces, int row, Share &
     }
 }
 
-/// Tells what may be seen on a tile, if it can be mapped.
-void TileMapping::find_content(int x, int y) {
-    Tile &tile = tiles()(x, y);
-    if (tile.seen.farthest() == 0)
-        return;
-    const float near = tile.seen.nearest(), far = tile.seen.farthest();
-    const ViewRay &first = rays_(x, y), &last = rays_(x + 1, y + 1);
-    // Parallax and the tile's diagonal, both on the surface.
-    const float parallax = (1 / near - 1 / far) * first.parallax.norm();
-    const float diagonal = (last.place(near) - first.place(near)).norm();
-    constexpr float diagonal_px = std::numbers::sqrt2_v<float> * tile_px;
-    tile.parallax_px = parallax * diagonal_px / diagonal;
-    const bool in_view = (x + 1) * tile_px <= to_.width && (y + 1) * tile_px <= to_.height;
-    tile.one_surface = in_view && tile.seen.least_edge_distance() >= least_edge_distance_ &&
-                       far <= alike_depths * near;
-    tile.content = in_view && (tile.parallax_px < most_displacement_px_ || tile.one_surface)
-                       ? TileContent::mapped
-                       : TileContent::mixed;
+/// Tells what may be seen on the tiles of a row, if they can be mapped.
+void TileMapping::find_contents(int y) {
+    float *const nearest = nearest_.row(y), *const farthest = farthest_.row(y);
+    Tile *const tile = tiles().row(y);
+    for (int x = 0; x < columns(); ++x) {
+        nearest[x] = tile[x].seen.nearest();
+        farthest[x] = tile[x].seen.farthest();
+    }
+    float *const parallax_px = parallax_px_.row(y);
+    find_parallax(
+        {corner_row(y).rays, corner_row(y + 1).rays.from(1), nearest, farthest, columns()},
+        parallax_px);
+    for (int x = 0; x < columns(); ++x) {
+        if (farthest[x] == 0.0f)
+            continue;
+        const bool in_view = (x + 1) * tile_px <= to_.width && (y + 1) * tile_px <= to_.height;
+        tile[x].one_surface = in_view &&
+                              tile[x].seen.least_edge_distance() >= least_edge_distance_ &&
+                              farthest[x] <= alike_depths * nearest[x];
+        tile[x].content = in_view && (parallax_px[x] < most_displacement_px_ || tile[x].one_surface)
+                              ? TileContent::mapped
+                              : TileContent::mixed;
+    }
 }
 
 /// Tiles that would be mapped, but whose corners are not found, are mixed.
 void TileMapping::map_tiles(const Mapping &by) {
-    pool_.run(corners_.height(), [&](int y) {
-        for (int x = 0; x < corners_.width(); ++x)
-            corners_(x, y) = find_shared_corner(x, y, by);
-    });
+    pool_.run(rows() + 1, [&](int y) { find_corners(by, y); });
     pool_.run(rows(), [&](int y) {
+        const CornerRows corners = {corner_row(y), corner_row(y + 1)};
         bool mixed = false;
         for (int x = 0; x < columns(); ++x) {
             Tile &tile = tiles()(x, y);
-            if (tile.content == TileContent::mapped && !map_surface(x, y, by) &&
-                !map_by_parallax(x, y, by))
+            if (tile.content == TileContent::mapped && !map_surface(x, y, corners, by) &&
+                !map_by_parallax(x, y, corners, by))
                 tile.content = TileContent::mixed;
             mixed = mixed || tile.content == TileContent::mixed;
         }
@@ -167,40 +174,47 @@ void TileMapping::map_tiles(const Mapping &by) {
 }
 
 /// By corners that are shared with other tiles, if they are those of the tile's surface.
-bool TileMapping::map_surface(int x, int y, const Mapping &by) {
+bool TileMapping::map_surface(int x, int y, const CornerRows &corners, const Mapping &by) {
     const Tile &tile = tiles()(x, y);
-    const auto &a = corners_(x, y), &b = corners_(x + 1, y);
-    const auto &c = corners_(x, y + 1), &e = corners_(x + 1, y + 1);
-    if (!(tile.one_surface && a && b && c && e))
+    if (!tile.one_surface)
         return false;
     MappedTile &mapped = mapped_(x, y);
+    for (int i = 0; i < 4; ++i) {
+        const FoundCorners &found = (i < 2 ? corners.above : corners.below).shared;
+        const int at = x + i % 2;
+        if (found.z[at] == 0.0f)
+            return false;
+        mapped.corners[i] = {found.u[at], found.v[at], found.z[at], found.scale[at],
+                             found.shift[at]};
+    }
     mapped.one_surface = true;
     mapped.interpolated = may_interpolate(tile, by.surface);
     mapped.searched = false;
-    set_parallax(x, y, mapped);
-    std::ranges::copy(std::array{*a, *b, *c, *e}, mapped.corners);
+    set_parallax(x, corners, mapped);
     const auto in_picture = [&](const MappedCorner &corner) { return is_in_picture(corner); };
     return (!tile.seen.holes() && std::ranges::all_of(mapped.corners, in_picture)) ||
-           shows_its_points(x, y, by.surface);
+           shows_its_points(x, y, corners, by.surface);
 }
 
 /// By corners of its own: those of the nearest depth, if points have to be searched for; else those
 /// of the mean of the nearest and the farthest point's inverse depths.
-bool TileMapping::map_by_parallax(int x, int y, const Mapping &by) {
+bool TileMapping::map_by_parallax(int x, int y, const CornerRows &corners, const Mapping &by) {
     const Tile &tile = tiles()(x, y);
-    if (!(tile.parallax_px < most_displacement_px_))
+    const float parallax_px = parallax_px_(x, y);
+    if (!(parallax_px < most_displacement_px_))
         return false;
-    const float near = tile.seen.nearest(), far = tile.seen.farthest();
+    const float near = nearest_(x, y), far = farthest_(x, y);
     MappedTile &mapped = mapped_(x, y);
     mapped.one_surface = false;
     mapped.interpolated = may_interpolate(tile, by.surface);
-    mapped.searched = tile.parallax_px >= alike_displacement_px;
+    mapped.searched = parallax_px >= alike_displacement_px;
     const float z = mapped.searched ? near : 2 * near * far / (near + far);
     mapped.inverse_depth = 1 / z;
     mapped.farthest_inverse_depth = 1 / far;
-    set_parallax(x, y, mapped);
+    set_parallax(x, corners, mapped);
     for (int i = 0; i < 4; ++i) {
-        const auto corner = corner_at(x + i % 2, y + i / 2, z, by.surface.options());
+        const auto corner =
+            corner_at(i < 2 ? corners.above : corners.below, x + i % 2, z, by.surface.options());
         if (!corner)
             return false;
         mapped.corners[i] = *corner;
@@ -209,10 +223,10 @@ bool TileMapping::map_by_parallax(int x, int y, const Mapping &by) {
 }
 
 /// That in the middle of the tile.
-void TileMapping::set_parallax(int x, int y, MappedTile &mapped) const {
-    const Eigen::Vector2f parallax = 0.5f * (rays_(x, y).parallax + rays_(x + 1, y + 1).parallax);
-    mapped.parallax_u = -parallax.x();
-    mapped.parallax_v = -parallax.y();
+void TileMapping::set_parallax(int x, const CornerRows &corners, MappedTile &mapped) {
+    const ViewRays &above = corners.above.rays, &below = corners.below.rays;
+    mapped.parallax_u = -0.5f * (above.parallax_u[x] + below.parallax_u[x + 1]);
+    mapped.parallax_v = -0.5f * (above.parallax_v[x] + below.parallax_v[x + 1]);
 }
 
 /// Whether the tile's readings may be interpolated between nodes, which draws over
@@ -224,16 +238,21 @@ bool TileMapping::may_interpolate(const Tile &tile, const DepthSurface &surface)
 }
 
 /// Whether what is between a tile's corners is seen where it is drawn.
-bool TileMapping::shows_its_points(int x, int y, const DepthSurface &surface) const {
+bool TileMapping::shows_its_points(int x, int y, const CornerRows &rows,
+                                   const DepthSurface &surface) const {
     constexpr int across = 4;
     constexpr float step = 1.0f / across;
     const ImageView<const float> depths = surface.z();
     const auto &corners = mapped_(x, y).corners;
     // Of each corner: the place on the surface, the parallax, and what that is at its depth.
     using Values = Eigen::Array<float, 6, 1>;
+    const auto parallax_at = [&](int i, int j) -> Eigen::Vector2f {
+        const ViewRays &rays = (j == 0 ? rows.above : rows.below).rays;
+        return {rays.parallax_u[x + i], rays.parallax_v[x + i]};
+    };
     const auto at_corner = [&](int i, int j) {
         const MappedCorner &corner = corners[2 * j + i];
-        const Eigen::Vector2f &parallax = rays_(x + i, y + j).parallax;
+        const Eigen::Vector2f parallax = parallax_at(i, j);
         Values values;
         values << corner.u, corner.v, parallax, parallax / corner.z;
         return values;
@@ -244,10 +263,9 @@ bool TileMapping::shows_its_points(int x, int y, const DepthSurface &surface) co
     const auto least = [&](auto depth) {
         return std::min({depth(0), depth(1), depth(2), depth(3)});
     };
-    const Tile &tile = tiles()(x, y);
-    const float near = std::min(tile.seen.nearest(), least([&](int i) { return corners[i].z; }));
-    const float far = std::max(tile.seen.farthest(), -least([&](int i) { return -corners[i].z; }));
-    if ((1 / near - 1 / far) * rays_(x, y).parallax.norm() < tolerance_px)
+    const float near = std::min(nearest_(x, y), least([&](int i) { return corners[i].z; }));
+    const float far = std::max(farthest_(x, y), -least([&](int i) { return -corners[i].z; }));
+    if ((1 / near - 1 / far) * parallax_at(0, 0).norm() < tolerance_px)
         return true;
     for (int j = 0; j < across; ++j) {
         const float down = (static_cast<float>(j) + 0.5f) * step;
@@ -286,68 +304,34 @@ const TileMapping::Tile *TileMapping::tile_at_corner(int x, int y) const {
     return found;
 }
 
-/// By the depths that the surface has there: from the tile's nearest point on, the place is looked
-/// up by the depth that the last one has. It may be outside of the surface's picture.
-std::optional<MappedCorner> TileMapping::find_shared_corner(int x, int y, const Mapping &by) const {
-    constexpr int lookups = 3; // noise of single readings must not keep the corner from an end
-    const Tile *const tile = tile_at_corner(x, y);
-    if (!tile)
-        return std::nullopt;
-    const ViewRay &ray = rays_(x, y);
-    float z = 0;
-    Eigen::Vector2f place = ray.place(tile->seen.nearest());
-    for (int i = 0; i < lookups; ++i) {
-        z = depth_near(place, by.surface);
-        if (z == 0.0f)
-            return std::nullopt;
-        const Eigen::Vector2f before = place;
-        place = ray.place(z);
-        if ((place - before).squaredNorm() < corner_tolerance_px * corner_tolerance_px)
-            break;
+/// Finds the corners in a row that are shared by tiles, beginning with the nearest point of one.
+void TileMapping::find_corners(const Mapping &by, int y) {
+    const CornerRow row = corner_row(y);
+    for (int x = 0; x <= columns(); ++x) {
+        const Tile *const tile = tile_at_corner(x, y);
+        row.first[x] = tile ? tile->seen.nearest() : 0;
     }
-    return corner_at(x, y, z, by.surface.options());
+    const SurfaceOptions &options = by.surface.options();
+    afterglow::find_corners(
+        {by.surface.z(), by.surface.pieces(), options.nearest_m, options.farthest_m}, row.rays,
+        row.first, row.millimetres, columns() + 1, row.shared);
 }
 
 /// The point of the surface that is seen at a corner, if its depth is z.
-std::optional<MappedCorner> TileMapping::corner_at(int x, int y, float z,
-                                                   const SurfaceOptions &options) const {
-    const ViewRay &ray = rays_(x, y);
-    const float depth = ray.depth(z);
+std::optional<MappedCorner> TileMapping::corner_at(const CornerRow &row, int x, float z,
+                                                   const SurfaceOptions &options) {
+    const float scale = row.rays.scale[x], shift = row.rays.shift[x];
+    const float depth = scale * z + shift, inverse = 1 / z;
     if (!(depth >= options.nearest_m && depth <= options.farthest_m))
         return std::nullopt;
-    const float units = millimetres_(x, y);
-    const Eigen::Vector2f place = ray.place(z);
-    return MappedCorner{place.x(), place.y(), z, units * ray.scale, units * ray.shift};
+    return MappedCorner{row.rays.infinite_u[x] + inverse * row.rays.parallax_u[x],
+                        row.rays.infinite_v[x] + inverse * row.rays.parallax_v[x], z,
+                        row.millimetres[x] * scale, row.millimetres[x] * shift};
 }
 
 bool TileMapping::is_in_picture(const MappedCorner &corner) const {
     return corner.u >= 0 && corner.v >= 0 && corner.u <= static_cast<float>(from_.width - 1) &&
            corner.v <= static_cast<float>(from_.height - 1);
-}
-
-/// The depth at a place on the surface or, if that is a hole or outside, of one of the nearest
-/// pieces around that have any; 0 if there is none nearby.
-float TileMapping::depth_near(const Eigen::Vector2f &place, const DepthSurface &surface) const {
-    constexpr int reach = 3; // pieces
-    const float right = static_cast<float>(from_.width - 1);
-    const float bottom = static_cast<float>(from_.height - 1);
-    if (!(place.x() > -tile_px && place.y() > -tile_px && place.x() < right + tile_px &&
-          place.y() < bottom + tile_px))
-        return 0;
-    const int u = static_cast<int>(std::clamp(place.x(), 0.0f, right) + 0.5f);
-    const int v = static_cast<int>(std::clamp(place.y(), 0.0f, bottom) + 0.5f);
-    if (const float z = surface.z()(u, v); z != 0.0f)
-        return z;
-    const ImageView<const float> depths = surface.pieces().nearest();
-    const int column = u / SurfacePieces::piece_px, row = v / SurfacePieces::piece_px;
-    for (int ring = 0; ring <= reach; ++ring)
-        for (int y = row - ring; y <= row + ring; ++y) {
-            const int step = std::abs(y - row) == ring ? 1 : std::max(2 * ring, 1);
-            for (int x = column - ring; x <= column + ring; x += step)
-                if (depths.contains(x, y) && depths(x, y) != 0.0f)
-                    return depths(x, y);
-        }
-    return 0;
 }
 
 /// Which pieces may land in or around mixed tiles.

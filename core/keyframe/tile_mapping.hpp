@@ -4,6 +4,7 @@
 #include "core/base/image.hpp"
 #include "core/base/worker_pool.hpp"
 #include "core/base/worker_shares.hpp"
+#include "core/keyframe/corner_kernels.hpp"
 #include "core/keyframe/depth_surface.hpp"
 #include "core/keyframe/mapped_tile.hpp"
 #include "core/keyframe/surface_projection.hpp"
@@ -99,7 +100,6 @@ private:
     struct Tile {
         SurfacePart seen; ///< of the surface on it
         TileContent content = TileContent::nothing;
-        float parallax_px = 0; ///< between its nearest and its farthest point
         /// The whole tile is in the view, and all points on it are of one surface.
         bool one_surface = false;
     };
@@ -108,6 +108,17 @@ private:
         Image<Tile> tiles;
         std::vector<TileRange> ranges; ///< on which each piece of a row may be seen
     };
+    /// Of the corners in a row, an array for each value.
+    struct CornerRow {
+        ViewRays rays;
+        float *millimetres;  ///< that are read for each metre of depth in the view
+        float *first;        ///< where shared corners are looked for first, as find_corners() takes
+        FoundCorners shared; ///< by tiles that show one surface
+    };
+    /// The corners of the tiles in a row.
+    struct CornerRows {
+        CornerRow above, below;
+    };
     /// What a surface is mapped with.
     struct Mapping {
         const DepthSurface &surface;
@@ -115,6 +126,7 @@ private:
         const DepthCorrection &correction;
     };
 
+    CornerRow corner_row(int y);
     bool mixed_row(int y) const { return mixed_rows_[static_cast<std::size_t>(y)] != 0; }
     Image<Tile> &tiles() { return shares_.first().tiles; }
     const Image<Tile> &tiles() const { return shares_.first().tiles; }
@@ -123,19 +135,19 @@ private:
                      std::span<TileRange> ranges) const;
     void put_row_on_tiles(const SurfacePieces &pieces, int row, Share &share) const;
     void find_rays(const Mapping &by);
-    void find_content(int x, int y);
+    void find_contents(int y);
+    void find_corners(const Mapping &by, int y);
     void map_tiles(const Mapping &by);
-    bool map_surface(int x, int y, const Mapping &by);
-    bool map_by_parallax(int x, int y, const Mapping &by);
-    void set_parallax(int x, int y, MappedTile &mapped) const;
+    bool map_surface(int x, int y, const CornerRows &corners, const Mapping &by);
+    bool map_by_parallax(int x, int y, const CornerRows &corners, const Mapping &by);
+    static void set_parallax(int x, const CornerRows &corners, MappedTile &mapped);
     static bool may_interpolate(const Tile &tile, const DepthSurface &surface);
-    bool shows_its_points(int x, int y, const DepthSurface &surface) const;
+    bool shows_its_points(int x, int y, const CornerRows &corners,
+                          const DepthSurface &surface) const;
     const Tile *tile_at_corner(int x, int y) const;
-    std::optional<MappedCorner> find_shared_corner(int x, int y, const Mapping &by) const;
-    std::optional<MappedCorner> corner_at(int x, int y, float z,
-                                          const SurfaceOptions &options) const;
+    static std::optional<MappedCorner> corner_at(const CornerRow &row, int x, float z,
+                                                 const SurfaceOptions &options);
     bool is_in_picture(const MappedCorner &corner) const;
-    float depth_near(const Eigen::Vector2f &place, const DepthSurface &surface) const;
     void find_landing(const Mapping &by, float margin_px);
 
     Intrinsics from_, to_;
@@ -145,10 +157,10 @@ private:
     WorkerShares<Share> shares_;  ///< in the end all is in the first
     Image<std::uint8_t> landing_; ///< by piece: whether it is seen in, or around, mixed tiles
     std::vector<std::uint8_t> landing_rows_, mixed_rows_; ///< which have such pieces, tiles
-    Image<ViewRay> rays_;                                 ///< of the corners of tiles
-    /// Of the same corners: how many millimetres are read for each metre of depth in the view.
-    Image<float> millimetres_;
-    Image<std::optional<MappedCorner>> corners_; ///< of tiles that may show one surface
+    static constexpr int corner_values = 13;
+    Image<float> corners_;            ///< of tiles: CornerRow's arrays, row by row
+    Image<float> nearest_, farthest_; ///< of each tile, metres; 0 = nothing is seen on it
+    Image<float> parallax_px_;        ///< between these, as find_parallax() tells it
     Image<MappedTile> mapped_;
 };
 

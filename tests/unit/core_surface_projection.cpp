@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/keyframe/surface_projection.hpp"
 #include "tests/catch.hpp"
+#include "tests/instruction_set.hpp"
 
 #include <random>
 
 using namespace afterglow;
 
 TEST_CASE("points that a pixel of the view shows are projected to it", "[core]") {
+    AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     const Intrinsics from{310, 305, 161, 118, 320, 240}, to{525, 520, 318, 244, 640, 480};
     std::mt19937 random(3);
     std::uniform_real_distribution<double> some(-1, 1);
@@ -29,17 +31,22 @@ TEST_CASE("points that a pixel of the view shows are projected to it", "[core]")
         const SurfaceProjection projection(from, to, pose, shutter);
         for (int y = 0; y <= to.height; y += 120) {
             const ViewRow row = projection.view_row(static_cast<float>(y));
-            for (int x = 0; x <= to.width; x += 128) {
-                const ViewRay ray = row.at(static_cast<float>(x));
+            constexpr int step = 128, count = 6;
+            float values[6][count];
+            const ViewRays rays = {values[0], values[1], values[2],
+                                   values[3], values[4], values[5]};
+            find_view_rays(row, step, count, rays);
+            for (int i = 0; i < count; ++i)
                 for (const float z : {0.8f, 1.5f, 6.0f}) {
-                    const Eigen::Vector2f place = ray.place(z);
-                    const Eigen::Vector3f seen = projection(place.x(), place.y(), z);
-                    CAPTURE(round, x, y, z, seen);
-                    REQUIRE(std::abs(seen.x() - static_cast<float>(x)) < tolerance_px);
+                    const Eigen::Vector3f seen =
+                        projection(rays.infinite_u[i] + rays.parallax_u[i] / z,
+                                   rays.infinite_v[i] + rays.parallax_v[i] / z, z);
+                    CAPTURE(round, i, y, z, seen);
+                    REQUIRE(std::abs(seen.x() - static_cast<float>(step * i)) < tolerance_px);
                     REQUIRE(std::abs(seen.y() - static_cast<float>(y)) < tolerance_px);
-                    REQUIRE(std::abs(seen.z() - ray.depth(z)) < 1e-3f * seen.z());
+                    REQUIRE(std::abs(seen.z() - (rays.scale[i] * z + rays.shift[i])) <
+                            1e-3f * seen.z());
                 }
-            }
         }
     }
 }
