@@ -35,8 +35,8 @@ TileMapping::TileMapping(const Intrinsics &from, const Intrinsics &to,
       least_edge_distance_(std::max(options.least_edge_distance_px, beside_edge)),
       most_displacement_px_(options.search ? std::numeric_limits<float>::infinity()
                                            : alike_displacement_px),
-      pool_(pool),
-      shares_(pool, {Image<Tile>(whole_tiles(to.width, tile_px), whole_tiles(to.height, tile_px)),
+      pool_(pool), tiles_(whole_tiles(to.width, tile_px), whole_tiles(to.height, tile_px)),
+      shares_(pool, {Image<SurfacePart>(columns(), rows()),
                      std::vector<TileRange>(static_cast<std::size_t>(
                          whole_tiles(from.width, SurfacePieces::piece_px)))}),
       landing_(whole_tiles(from.width, SurfacePieces::piece_px),
@@ -81,7 +81,7 @@ void TileMapping::find_rays(const Mapping &by) {
 /// Tells each tile what is seen on it.
 void TileMapping::put_on_tiles(const Mapping &by) {
     constexpr float least_margin_px = 0.25f; // points are seen a little beside where a plane's are
-    const auto clear = [](Share &share) { std::ranges::fill(share.tiles.pixels(), Tile{}); };
+    const auto clear = [](Share &share) { std::ranges::fill(share.seen.pixels(), SurfacePart{}); };
     shares_.begin();
     pool_.run_strips(landing_.height(), [&](int first, int end, int worker) {
         Share &share = shares_.use(worker, clear);
@@ -90,11 +90,11 @@ void TileMapping::put_on_tiles(const Mapping &by) {
             put_row_on_tiles(by.surface.pieces(), y, share);
         }
     });
-    shares_.use(0, clear);
+    Share &all = shares_.use(0, clear);
     pool_.run(rows(), [&](int y) {
         shares_.for_each_other([&](const Share &other) {
             for (int x = 0; x < columns(); ++x)
-                tiles()(x, y).seen.add(other.tiles(x, y).seen);
+                all.seen(x, y).add(other.seen(x, y));
         });
         find_contents(y);
     });
@@ -115,7 +115,7 @@ void TileMapping::find_ranges(const Mapping &by, float margin_px, int row,
 void TileMapping::put_row_on_tiles(const SurfacePieces &pieces, int row, Share &share) const {
     const SurfacePart *const parts = pieces.parts().row(row);
     const std::span ranges = share.ranges;
-    const ImageView<Tile> tiles = share.tiles;
+    const ImageView<SurfacePart> tiles = share.seen;
     for (std::size_t x = 0; x < ranges.size(); ++x) {
         const TileRange range = ranges[x];
         if (range.left > range.right || range.top > range.bottom)
@@ -124,9 +124,9 @@ void TileMapping::put_row_on_tiles(const SurfacePieces &pieces, int row, Share &
         for (; x + 1 < ranges.size() && ranges[x + 1] == range; ++x) // on the same tiles
             seen.add(parts[x + 1]);
         for (int ty = range.top; ty <= range.bottom; ++ty) {
-            Tile *const of_row = tiles.row(ty);
+            SurfacePart *const of_row = tiles.row(ty);
             for (int tx = range.left; tx <= range.right; ++tx)
-                of_row[tx].seen.add(seen);
+                of_row[tx].add(seen);
         }
     }
 }
@@ -134,25 +134,27 @@ void TileMapping::put_row_on_tiles(const SurfacePieces &pieces, int row, Share &
 /// Tells what may be seen on the tiles of a row, if they can be mapped.
 void TileMapping::find_contents(int y) {
     float *const nearest = nearest_.row(y), *const farthest = farthest_.row(y);
-    Tile *const tile = tiles().row(y);
+    const SurfacePart *const seen = shares_.first().seen.row(y);
     for (int x = 0; x < columns(); ++x) {
-        nearest[x] = tile[x].seen.nearest();
-        farthest[x] = tile[x].seen.farthest();
+        nearest[x] = seen[x].nearest();
+        farthest[x] = seen[x].farthest();
     }
     float *const parallax_px = parallax_px_.row(y);
     find_parallax(
         {corner_row(y).rays, corner_row(y + 1).rays.from(1), nearest, farthest, columns()},
         parallax_px);
     for (int x = 0; x < columns(); ++x) {
+        Tile &tile = tiles_(x, y);
+        tile = {};
         if (farthest[x] == 0.0f)
             continue;
         const bool in_view = (x + 1) * tile_px <= to_.width && (y + 1) * tile_px <= to_.height;
-        tile[x].one_surface = in_view &&
-                              tile[x].seen.least_edge_distance() >= least_edge_distance_ &&
-                              farthest[x] <= alike_depths * nearest[x];
-        tile[x].content = in_view && (parallax_px[x] < most_displacement_px_ || tile[x].one_surface)
-                              ? TileContent::mapped
-                              : TileContent::mixed;
+        tile.holes = seen[x].holes();
+        tile.one_surface = in_view && seen[x].least_edge_distance() >= least_edge_distance_ &&
+                           farthest[x] <= alike_depths * nearest[x];
+        tile.content = in_view && (parallax_px[x] < most_displacement_px_ || tile.one_surface)
+                           ? TileContent::mapped
+                           : TileContent::mixed;
     }
 }
 
@@ -163,7 +165,7 @@ void TileMapping::map_tiles(const Mapping &by) {
         const CornerRows corners = {corner_row(y), corner_row(y + 1)};
         bool mixed = false;
         for (int x = 0; x < columns(); ++x) {
-            Tile &tile = tiles()(x, y);
+            Tile &tile = tiles_(x, y);
             if (tile.content == TileContent::mapped && !map_surface(x, y, corners, by) &&
                 !map_by_parallax(x, y, corners, by))
                 tile.content = TileContent::mixed;
@@ -175,7 +177,7 @@ void TileMapping::map_tiles(const Mapping &by) {
 
 /// By corners that are shared with other tiles, if they are those of the tile's surface.
 bool TileMapping::map_surface(int x, int y, const CornerRows &corners, const Mapping &by) {
-    const Tile &tile = tiles()(x, y);
+    const Tile &tile = tiles_(x, y);
     if (!tile.one_surface)
         return false;
     MappedTile &mapped = mapped_(x, y);
@@ -192,14 +194,14 @@ bool TileMapping::map_surface(int x, int y, const CornerRows &corners, const Map
     mapped.searched = false;
     set_parallax(x, corners, mapped);
     const auto in_picture = [&](const MappedCorner &corner) { return is_in_picture(corner); };
-    return (!tile.seen.holes() && std::ranges::all_of(mapped.corners, in_picture)) ||
+    return (!tile.holes && std::ranges::all_of(mapped.corners, in_picture)) ||
            shows_its_points(x, y, corners, by.surface);
 }
 
 /// By corners of its own: those of the nearest depth, if points have to be searched for; else those
 /// of the mean of the nearest and the farthest point's inverse depths.
 bool TileMapping::map_by_parallax(int x, int y, const CornerRows &corners, const Mapping &by) {
-    const Tile &tile = tiles()(x, y);
+    const Tile &tile = tiles_(x, y);
     const float parallax_px = parallax_px_(x, y);
     if (!(parallax_px < most_displacement_px_))
         return false;
@@ -234,7 +236,7 @@ void TileMapping::set_parallax(int x, const CornerRows &corners, MappedTile &map
 /// anyway.
 bool TileMapping::may_interpolate(const Tile &tile, const DepthSurface &surface) {
     static_assert(widest_crack_px + 1 == mapped_block_px - 1);
-    return !tile.seen.holes() || surface.options().crack_px == widest_crack_px;
+    return !tile.holes || surface.options().crack_px == widest_crack_px;
 }
 
 /// Whether what is between a tile's corners is seen where it is drawn.
@@ -288,18 +290,19 @@ bool TileMapping::shows_its_points(int x, int y, const CornerRows &rows,
     return true;
 }
 
-/// The tile by which a corner is found, among those that it is a corner of: the first that shows
-/// one surface, without holes if there is one.
-const TileMapping::Tile *TileMapping::tile_at_corner(int x, int y) const {
-    const Tile *found = nullptr;
+/// The nearest depth on a tile by which a corner is found, among those that it is a corner of: the
+/// first that shows one surface, without holes if there is one. 0: there is none.
+float TileMapping::depth_beside_corner(int x, int y) const {
+    float found = 0;
     for (int tile_y = std::max(y - 1, 0); tile_y <= std::min(y, rows() - 1); ++tile_y)
         for (int tile_x = std::max(x - 1, 0); tile_x <= std::min(x, columns() - 1); ++tile_x) {
-            const Tile &tile = tiles()(tile_x, tile_y);
+            const Tile &tile = tiles_(tile_x, tile_y);
             if (!tile.one_surface)
                 continue;
-            if (!tile.seen.holes())
-                return &tile;
-            found = found ? found : &tile;
+            if (!tile.holes)
+                return nearest_(tile_x, tile_y);
+            if (found == 0.0f)
+                found = nearest_(tile_x, tile_y);
         }
     return found;
 }
@@ -307,10 +310,8 @@ const TileMapping::Tile *TileMapping::tile_at_corner(int x, int y) const {
 /// Finds the corners in a row that are shared by tiles, beginning with the nearest point of one.
 void TileMapping::find_corners(const Mapping &by, int y) {
     const CornerRow row = corner_row(y);
-    for (int x = 0; x <= columns(); ++x) {
-        const Tile *const tile = tile_at_corner(x, y);
-        row.first[x] = tile ? tile->seen.nearest() : 0;
-    }
+    for (int x = 0; x <= columns(); ++x)
+        row.first[x] = depth_beside_corner(x, y);
     const SurfaceOptions &options = by.surface.options();
     afterglow::find_corners(
         {by.surface.z(), by.surface.pieces(), options.nearest_m, options.farthest_m}, row.rays,

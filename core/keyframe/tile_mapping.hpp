@@ -57,9 +57,9 @@ public:
     void find(const DepthSurface &surface, const SurfaceProjection &projection,
               const DepthCorrection &correction, float margin_px);
 
-    int columns() const { return tiles().width(); }
-    int rows() const { return tiles().height(); }
-    TileContent content(int x, int y) const { return tiles()(x, y).content; }
+    int columns() const { return tiles_.width(); }
+    int rows() const { return tiles_.height(); }
+    TileContent content(int x, int y) const { return tiles_(x, y).content; }
     /// Of a mapped tile.
     const MappedTile &mapped(int x, int y) const { return mapped_(x, y); }
     bool any_mixed() const { return std::ranges::count(mixed_rows_, 1) > 0; }
@@ -98,15 +98,15 @@ public:
 private:
     /// A tile of the view.
     struct Tile {
-        SurfacePart seen; ///< of the surface on it
         TileContent content = TileContent::nothing;
         /// The whole tile is in the view, and all points on it are of one surface.
         bool one_surface = false;
+        bool holes = false; ///< of the surface are on it
     };
-    /// What some rows of pieces are seen on.
+    /// Where some rows of pieces are seen.
     struct Share {
-        Image<Tile> tiles;
-        std::vector<TileRange> ranges; ///< on which each piece of a row may be seen
+        Image<SurfacePart> seen;       ///< on each tile
+        std::vector<TileRange> ranges; ///< of tiles on which each piece of a row may be seen
     };
     /// Of the corners in a row, an array for each value.
     struct CornerRow {
@@ -128,8 +128,6 @@ private:
 
     CornerRow corner_row(int y);
     bool mixed_row(int y) const { return mixed_rows_[static_cast<std::size_t>(y)] != 0; }
-    Image<Tile> &tiles() { return shares_.first().tiles; }
-    const Image<Tile> &tiles() const { return shares_.first().tiles; }
     void put_on_tiles(const Mapping &by);
     void find_ranges(const Mapping &by, float margin_px, int row,
                      std::span<TileRange> ranges) const;
@@ -144,7 +142,7 @@ private:
     static bool may_interpolate(const Tile &tile, const DepthSurface &surface);
     bool shows_its_points(int x, int y, const CornerRows &corners,
                           const DepthSurface &surface) const;
-    const Tile *tile_at_corner(int x, int y) const;
+    float depth_beside_corner(int x, int y) const;
     static std::optional<MappedCorner> corner_at(const CornerRow &row, int x, float z,
                                                  const SurfaceOptions &options);
     bool is_in_picture(const MappedCorner &corner) const;
@@ -154,6 +152,7 @@ private:
     int least_edge_distance_;
     float most_displacement_px_; ///< of points of a mapped tile against each other
     WorkerPool &pool_;
+    Image<Tile> tiles_;
     WorkerShares<Share> shares_;  ///< in the end all is in the first
     Image<std::uint8_t> landing_; ///< by piece: whether it is seen in, or around, mixed tiles
     std::vector<std::uint8_t> landing_rows_, mixed_rows_; ///< which have such pieces, tiles
