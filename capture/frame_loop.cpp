@@ -45,15 +45,9 @@ void FrameLoop::set_geometry(const RigGeometry &geometry) {
     assert(geometry_.same_sizes(geometry));
     geometry_ = geometry;
     pipeline_ = make_(geometry_);
-    pipeline_->want_confidence(confidence_wanted_);
     earlier_worlds_ = last_world_;
     estimated_ns_.reset();
     gate_.restart();
-}
-
-void FrameLoop::want_confidence(bool wanted) {
-    confidence_wanted_ = wanted;
-    pipeline_->want_confidence(wanted);
 }
 
 Status FrameLoop::start() {
@@ -113,6 +107,7 @@ FrameResult FrameLoop::step(std::chrono::nanoseconds timeout) {
     result.t_ns = color_.t_ns;
     result.sequence = color_.sequence;
     pipeline_->want_depth(due);
+    pipeline_->want_confidence(confidence_wanted_);
     result.estimate = timed(result.estimation_time, [&]() -> const Estimate & {
         return pipeline_->track(color_.luma, color_.t_ns);
     });

@@ -68,8 +68,8 @@ public:
     FrameResult step(std::chrono::nanoseconds timeout);
 
     Gate &gate() { return gate_; }
-    /// Pipeline::want_confidence(), for this pipeline and those that follow it.
-    void want_confidence(bool wanted);
+    /// Whether anybody reads the confidences of the estimates that come; at first somebody does.
+    void want_confidence(bool wanted) { confidence_wanted_ = wanted; }
     /// How often a depth map is made, at least; 0: for every image. Between two of them images are
     /// tracked, and have a map (FrameResult::estimate) only where one is measured, was measured
     /// just before, or is waited for.

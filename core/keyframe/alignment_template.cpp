@@ -9,26 +9,24 @@
 namespace afterglow {
 namespace {
 
-/// Depth of pixel (u, v) of a level: mean of the readings it covers if they lie on one surface and
-/// away from depth edges, 0 otherwise.
+/// Depth of pixel (u, v) of a level: mean of four readings that it covers if they lie on one
+/// surface and away from depth edges, 0 otherwise. Two of them may be missing.
 float level_depth(const DepthSurface &surface, int level, int u, int v) {
-    const int n = 1 << level;
-    const int step = std::max(1, n / 2);
+    const int n = 1 << level, step = n / 2;
+    const ImageView<const float> depths = surface.z();
+    const ImageView<const std::uint8_t> edges = surface.edge_distance();
+    const int x = u * n, y = v * n;
+    const float *const z = depths.row(y) + x, *const z_below = depths.row(y + step) + x;
+    const std::uint8_t *const edge = edges.row(y) + x, *const edge_below = edges.row(y + step) + x;
+    if (std::min(std::min(edge[0], edge[step]), std::min(edge_below[0], edge_below[step])) <= 2)
+        return 0;
     float sum = 0, low = 1e9f, high = 0;
     int count = 0;
-    for (int y = v * n; y < v * n + n; y += step) {
-        const float *z = surface.z().row(y);
-        const std::uint8_t *edge = surface.edge_distance().row(y);
-        for (int x = u * n; x < u * n + n; x += step) {
-            if (edge[x] <= 2)
-                return 0;
-            if (z[x] == 0.0f)
-                continue;
-            sum += z[x];
-            low = std::min(low, z[x]);
-            high = std::max(high, z[x]);
-            ++count;
-        }
+    for (const float reading : {z[0], z[step], z_below[0], z_below[step]}) {
+        sum += reading;
+        low = reading != 0.0f && reading < low ? reading : low;
+        high = reading > high ? reading : high;
+        count += reading != 0.0f;
     }
     if (count < 2 || high - low > surface.edge_step(low) * (1.0f + 0.25f * static_cast<float>(n)))
         return 0;
