@@ -15,6 +15,7 @@ namespace afterglow {
 /// number whose maximum counts, so that one vector instruction adds another part.
 class SurfacePart {
 public:
+    static constexpr std::size_t values = 4;
     SurfacePart() = default; ///< nothing
     /// Depths in metres, not negative: their bits have the order of the depths.
     SurfacePart(float nearest, float farthest, int least_edge_distance, bool holes)
@@ -29,9 +30,12 @@ public:
     float farthest() const { return std::bit_cast<float>(most_[1]); } ///< 0: nothing is seen
     int least_edge_distance() const { return static_cast<int>(~most_[2]); }
     bool holes() const { return most_[3] != 0; }
+    /// For kernels: the greater one of each value is what two parts have together.
+    std::array<std::uint32_t, values> &most() { return most_; }
+    const std::array<std::uint32_t, values> &most() const { return most_; }
 
 private:
-    std::array<std::uint32_t, 4> most_{};
+    alignas(16) std::array<std::uint32_t, values> most_{};
 };
 
 /// Square pieces of a surface, so that what is alike all over one of them is done for all of it at

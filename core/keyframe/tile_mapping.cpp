@@ -87,7 +87,7 @@ void TileMapping::put_on_tiles(const Mapping &by) {
         Share &share = shares_.use(worker, clear);
         for (int y = first; y < end; ++y) {
             find_ranges(by, least_margin_px, y, share.ranges);
-            put_row_on_tiles(by.surface.pieces(), y, share);
+            add_to_tiles(by.surface.pieces().parts().row(y), share.ranges, share.seen);
         }
     });
     Share &all = shares_.use(0, clear);
@@ -110,25 +110,6 @@ void TileMapping::find_ranges(const Mapping &by, float margin_px, int row,
         {by.projection.row(centre(row)), by.projection.while_read(), by.projection.turn(),
          nearest_m, columns(), rows(), margin_px},
         ranges.data());
-}
-
-void TileMapping::put_row_on_tiles(const SurfacePieces &pieces, int row, Share &share) const {
-    const SurfacePart *const parts = pieces.parts().row(row);
-    const std::span ranges = share.ranges;
-    const ImageView<SurfacePart> tiles = share.seen;
-    for (std::size_t x = 0; x < ranges.size(); ++x) {
-        const TileRange range = ranges[x];
-        if (range.left > range.right || range.top > range.bottom)
-            continue;
-        SurfacePart seen = parts[x];
-        for (; x + 1 < ranges.size() && ranges[x + 1] == range; ++x) // on the same tiles
-            seen.add(parts[x + 1]);
-        for (int ty = range.top; ty <= range.bottom; ++ty) {
-            SurfacePart *const of_row = tiles.row(ty);
-            for (int tx = range.left; tx <= range.right; ++tx)
-                of_row[tx].add(seen);
-        }
-    }
 }
 
 /// Tells what may be seen on the tiles of a row, if they can be mapped.

@@ -131,7 +131,6 @@ private:
     void put_on_tiles(const Mapping &by);
     void find_ranges(const Mapping &by, float margin_px, int row,
                      std::span<TileRange> ranges) const;
-    void put_row_on_tiles(const SurfacePieces &pieces, int row, Share &share) const;
     void find_rays(const Mapping &by);
     void find_contents(int y);
     void find_corners(const Mapping &by, int y);

@@ -273,6 +273,33 @@ void tile_ranges(const PieceRow &pieces, const PieceProjection &projection,
     });
 }
 
+void add_parts(const SurfacePart *parts, std::span<const TileRange> ranges,
+               ImageView<SurfacePart> tiles) {
+    const hn::CappedTag<std::uint32_t, SurfacePart::values> d;
+    constexpr std::size_t lanes = hn::MaxLanes(d), vectors = SurfacePart::values / lanes;
+    hn::Vec<decltype(d)> seen[vectors];
+    const auto add = [&](const SurfacePart &part) HWY_ATTR {
+        for (std::size_t i = 0; i < vectors; ++i)
+            seen[i] = hn::Max(seen[i], hn::Load(d, part.most().data() + i * lanes));
+    };
+    const TileRange *range = ranges.data(), *const end = range + ranges.size();
+    for (; range != end; ++range, ++parts) {
+        if (range->left > range->right || range->top > range->bottom)
+            continue;
+        std::ranges::fill(seen, hn::Zero(d));
+        add(*parts);
+        for (; range + 1 != end && range[1] == *range; ++range) // on the same tiles
+            add(*++parts);
+        SurfacePart *row = tiles.row(range->top);
+        for (int y = range->top; y <= range->bottom; ++y, row += tiles.stride())
+            for (SurfacePart *tile = row + range->left; tile <= row + range->right; ++tile)
+                for (std::size_t i = 0; i < vectors; ++i) {
+                    std::uint32_t *const most = tile->most().data() + i * lanes;
+                    hn::Store(hn::Max(seen[i], hn::Load(d, most)), d, most);
+                }
+    }
+}
+
 } // namespace
 } // namespace afterglow::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -285,6 +312,7 @@ HWY_EXPORT(project);
 HWY_EXPORT(doubt);
 HWY_EXPORT(readings);
 HWY_EXPORT(tile_ranges);
+HWY_EXPORT(add_parts);
 
 } // namespace
 
@@ -305,6 +333,11 @@ int find_readings(const WarpedRow &row, std::uint16_t *millimetres, std::uint8_t
 void find_tile_ranges(const PieceRow &pieces, const PieceProjection &projection,
                       TileRange *ranges) {
     HWY_DYNAMIC_DISPATCH(tile_ranges)(pieces, projection, ranges);
+}
+
+void add_to_tiles(const SurfacePart *parts, std::span<const TileRange> ranges,
+                  ImageView<SurfacePart> tiles) {
+    HWY_DYNAMIC_DISPATCH(add_parts)(parts, ranges, tiles);
 }
 
 } // namespace afterglow

@@ -2,10 +2,12 @@
 #pragma once
 
 #include "core/base/image.hpp"
+#include "core/keyframe/surface_pieces.hpp"
 
 #include <Eigen/Core>
 
 #include <cstdint>
+#include <span>
 
 namespace afterglow {
 
@@ -115,5 +117,9 @@ struct TileRange {
 /// at its farthest depth, as far as half its size reaches. A piece that is partly behind the camera
 /// may be seen on all of them. Real-time safe.
 void find_tile_ranges(const PieceRow &pieces, const PieceProjection &projection, TileRange *ranges);
+
+/// Adds each part to the tiles of its range. Real-time safe.
+void add_to_tiles(const SurfacePart *parts, std::span<const TileRange> ranges,
+                  ImageView<SurfacePart> tiles);
 
 } // namespace afterglow
