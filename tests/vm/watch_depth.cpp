@@ -97,7 +97,7 @@ int watch(const char *bus, const Recording &recording, int frames, const std::st
                                        .flags = AFTERGLOW_IMAGES,
                                        .bus = bus,
                                        .timeout_ms = 0,
-                                       .reserved = 0};
+                                       .interval_ms = 0};
     if (const int error = afterglow_open(&options, &stream); error != 0) {
         fmt::print(stderr, "watch_depth: {}\n", afterglow_strerror(error));
         return 1;
