@@ -127,9 +127,9 @@ FrameResult FrameLoop::step(std::chrono::nanoseconds timeout) {
     return result;
 }
 
-/// Whether the image that was just taken is to have a depth map. The first after a measurement has
-/// one, since the gate compares those that follow with it, and so have images that wait for a
-/// measurement, which can be compared with it.
+/// Whether the image that was just taken gets a depth map. The first after a measurement does: the
+/// gate compares later maps with it. Images that wait for a measurement do: a measured map is
+/// compared with theirs.
 bool FrameLoop::is_due() const {
     if (!estimated_ns_ || rig_.illuminator->lit())
         return true;

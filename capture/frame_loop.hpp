@@ -70,9 +70,10 @@ public:
     Gate &gate() { return gate_; }
     /// Whether anybody reads the confidences of the estimates that come; at first somebody does.
     void want_confidence(bool wanted) { confidence_wanted_ = wanted; }
-    /// How often a depth map is made, at least; 0: for every image. Between two of them images are
-    /// tracked, and have a map (FrameResult::estimate) only where one is measured, was measured
-    /// just before, or is waited for.
+    /// The longest time between two images with a depth map; 0: every image has one. The images
+    /// between them are tracked, and their FrameResult::estimate has no map. An image that is
+    /// measured, the image after it, and images that wait for a measurement always have one; the
+    /// image that asks for light need not.
     void want_depth_every(std::chrono::nanoseconds interval) { depth_interval_ = interval; }
 
 private:

@@ -52,9 +52,8 @@ public:
     /// it.
     virtual void want_confidence(bool /*wanted*/) {}
     /// Whether anybody reads the depth maps of the images that come; at first somebody does. While
-    /// nobody does, track() may tell where the camera is and leave Estimate::depth empty, to save
-    /// work; expected errors and coverage are then those of the last map. measure() always gives
-    /// a map.
+    /// nobody does, track() may estimate the camera's pose alone and leave Estimate::depth empty;
+    /// expected errors and coverage are then those of the last map. measure() always gives a map.
     virtual void want_depth(bool /*wanted*/) {}
 };
 

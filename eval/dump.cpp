@@ -18,7 +18,7 @@ std::string cell(const std::optional<double> &value) {
 }
 
 const char *source_of(const FrameScore &frame) {
-    if (!frame.published)
+    if (frame.skipped)
         return "skipped";
     return frame.measured ? "measured" : "estimated";
 }

@@ -190,7 +190,8 @@ void RunArguments::add_to(CLI::App &command) {
         ->check(CLI::Range(1, 64));
     command
         .add_option("--depth-interval", depth_interval_ms,
-                    "As for readers that want a depth map so often, in ms; 0 = of every image")
+                    "Make a depth map once in so many ms, as for a reader with this interval; 0 = "
+                    "for every image")
         ->check(CLI::Range(0, 1000));
     command.add_flag("--json", json, "Print one JSON object");
     command.add_option("--csv", csv, "Write a line for each frame to this file");

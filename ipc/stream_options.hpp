@@ -7,12 +7,12 @@ namespace afterglow {
 
 /// What a stream is asked for besides depth.
 struct StreamOptions {
-    /// Of a stream that wants few frames.
+    /// The most that `interval` may be.
     static constexpr std::chrono::milliseconds longest_interval{1000};
 
     bool images = false;
     bool confidence = false;
-    /// How often the stream wants a frame, at least; 0: of every image.
+    /// The longest time between two frames that the stream accepts; 0: a frame of every image.
     std::chrono::milliseconds interval{0};
 };
 

@@ -75,7 +75,7 @@ void view_rays(const ViewRow &given, float step, int count, const ViewRays &to) 
     });
 }
 
-/// A value of each ray, column and row, on the surface.
+/// Columns and rows on the surface, pixels, of several rays.
 template <class V>
 struct Pixels {
     V u, v;
@@ -84,7 +84,7 @@ template <class D, class V = hn::Vec<D>>
 HWY_API V squared_length(D /*tag*/, const Pixels<V> &way) {
     return hn::Add(hn::Mul(way.u, way.u), hn::Mul(way.v, way.v));
 }
-/// Where points of the i-th ray and those after it are whose inverse depth is so much, 1/m.
+/// The points with that inverse depth, 1/m, of the i-th ray and those after it.
 template <class D, class V = hn::Vec<D>>
 HWY_API Pixels<V> place(D d, const ViewRays &rays, int i, V inverse_depth) {
     const auto load = [&](const float *from) HWY_ATTR { return hn::LoadU(d, from + i); };
@@ -101,9 +101,10 @@ void parallax(const SeenOnTiles &given, float *HWY_RESTRICT pixels) {
         const auto near = hn::Div(one, hn::LoadU(d, tiles.nearest + i));
         const auto far = hn::Div(one, hn::LoadU(d, tiles.farthest + i));
         // Parallax and the tile's diagonal, both on the surface.
-        const Pixels<V> by_depth = {hn::LoadU(d, tiles.rays.parallax_u + i),
-                                    hn::LoadU(d, tiles.rays.parallax_v + i)};
-        const auto a = place(d, tiles.rays, i, near), b = place(d, tiles.across, i, near);
+        const Pixels<V> by_depth = {hn::LoadU(d, tiles.left_above.parallax_u + i),
+                                    hn::LoadU(d, tiles.left_above.parallax_v + i)};
+        const auto a = place(d, tiles.left_above, i, near),
+                   b = place(d, tiles.right_below, i, near);
         const auto moved = hn::Mul(hn::Sub(near, far), hn::Sqrt(squared_length(d, by_depth)));
         const auto diagonal =
             hn::Sqrt(squared_length(d, Pixels<V>{hn::Sub(b.u, a.u), hn::Sub(b.v, a.v)}));
@@ -151,26 +152,27 @@ HWY_API V depths_near(D d, const CornerSearch &search, const Pixels<V> &at, M wa
 
 void corners(const CornerSearch &search, const ViewRays &given, const float *first,
              const float *millimetres, int count, const FoundCorners &to) {
-    constexpr int lookups = 3; // noise of single readings must not keep a corner from an end
+    constexpr int lookups = 3; // with noisy readings places may not converge
     const ViewRays rays = given;
     const FoundCorners out = to;
     for_overlapping_lanes(count, [&](auto d, int i) HWY_ATTR {
         using V = hn::Vec<decltype(d)>;
         const hn::RebindToSigned<decltype(d)> di;
         const auto one = hn::Set(d, 1.0f);
-        const auto is_any = [&](V z) HWY_ATTR { return hn::Ne(order(d, z), hn::Zero(di)); };
+        const auto is_depth = [&](V z) HWY_ATTR { return hn::Ne(order(d, z), hn::Zero(di)); };
         V z = hn::LoadU(d, first + i);
-        auto open = is_any(z);
+        auto searched = is_depth(z);
         Pixels<V> at = place(d, rays, i, hn::Div(one, z));
-        for (int k = 0; k < lookups && !hn::AllFalse(di, open); ++k) {
-            z = hn::IfThenElse(hn::RebindMask(d, open), depths_near(d, search, at, open), z);
+        for (int k = 0; k < lookups && !hn::AllFalse(di, searched); ++k) {
+            z = hn::IfThenElse(hn::RebindMask(d, searched), depths_near(d, search, at, searched),
+                               z);
             const Pixels<V> before = at;
             at = place(d, rays, i, hn::Div(one, z));
             const auto moved =
                 squared_length(d, Pixels<V>{hn::Sub(at.u, before.u), hn::Sub(at.v, before.v)});
-            const auto still = hn::Lt(
+            const auto near_enough = hn::Lt(
                 order(d, moved), order(d, hn::Set(d, corner_tolerance_px * corner_tolerance_px)));
-            open = hn::And(open, hn::And(is_any(z), hn::Not(still)));
+            searched = hn::And(searched, hn::And(is_depth(z), hn::Not(near_enough)));
         }
         const auto scale = hn::LoadU(d, rays.scale + i), shift = hn::LoadU(d, rays.shift + i);
         const auto depth = order(d, hn::Add(hn::Mul(scale, z), shift));

@@ -41,15 +41,15 @@ struct ViewRays {
 /// safe, like all here.
 void find_view_rays(const ViewRow &row, float step, int count, const ViewRays &rays);
 
-/// Points that are seen on tiles whose first corners' rays are in `rays`, and those of the corners
-/// on the other end of their diagonals in `across`.
+/// A row of tiles: the rays of their corners at the left above and at the right below, and the
+/// depths of what is seen on them.
 struct SeenOnTiles {
-    ViewRays rays, across;
+    ViewRays left_above, right_below;
     const float *nearest, *farthest; ///< metres
     int count;
 };
 /// By how many of the view's pixels the nearest and the farthest point of each tile are displaced
-/// against each other; where it has none it is anything.
+/// against each other. Where nothing is seen on a tile the value is not defined.
 void find_parallax(const SeenOnTiles &tiles, float *pixels);
 
 /// Where corners are looked for.
@@ -62,14 +62,15 @@ struct CornerSearch {
 /// What is seen at corners of tiles, an array for each value, as of MappedCorner.
 struct FoundCorners {
     float *u, *v;
-    float *z; ///< 0: nothing is found, and the rest is anything
+    float *z; ///< 0: nothing is found, and the other values are not defined
     float *scale, *shift;
 };
 
-/// Finds the points of a surface that are seen at some pixels of a view, by the depths that the
-/// surface has there: from `first` on, metres, the place is looked up by the depth that the last
-/// one has. It may be outside of the surface's picture. `first` is 0 where no point is to be found;
-/// `millimetres`: that are read for each metre of depth in the view.
+/// Finds the points of a surface that are seen at some pixels of a view. The search begins with the
+/// depth `first`, metres: the surface's depth at the place that this depth gives is the next depth,
+/// until the place moves by less than 0.03 pixels, or three times. Places may be outside of the
+/// surface's picture. `first` is 0 for pixels that are left out. `millimetres`: readings for each
+/// metre of depth in the view.
 void find_corners(const CornerSearch &search, const ViewRays &rays, const float *first,
                   const float *millimetres, int count, const FoundCorners &corners);
 

@@ -63,7 +63,7 @@ const Estimate &DepthPublication::nothing(std::int64_t t_ns) {
     estimate_.inliers = estimate_.matches = 0;
     estimate_.wants_measurement = true;
     composer_.clear();
-    place(FrameSource::none, measured_from_world_);
+    describe_image(FrameSource::none, measured_from_world_);
     describe_map();
     return estimate_;
 }
@@ -78,7 +78,7 @@ const Estimate &DepthPublication::tracked(const Alignment &alignment, const Pose
     estimate_.wants_measurement = !alignment.good;
     estimate_.depth = {};
     estimate_.confidence = {};
-    place(alignment.good ? FrameSource::estimated : FrameSource::none, from_world);
+    describe_image(alignment.good ? FrameSource::estimated : FrameSource::none, from_world);
     return estimate_;
 }
 
@@ -143,7 +143,7 @@ const Estimate &DepthPublication::measured(DepthView depth, const Keyframe &fres
     estimate_.age_frames = 0;
     estimate_.calibration = calibration;
     estimate_.wants_measurement = false;
-    place(FrameSource::measured, from_world);
+    describe_image(FrameSource::measured, from_world);
     describe_map();
     return estimate_;
 }
@@ -189,7 +189,7 @@ DepthView DepthPublication::composed() const {
 }
 
 /// Says where the last image was taken, and what its map comes from.
-void DepthPublication::place(FrameSource source, const Pose &from_world) {
+void DepthPublication::describe_image(FrameSource source, const Pose &from_world) {
     estimate_.source = source;
     estimate_.pose = since_measurement(from_world);
     estimate_.world_from_camera = from_world.inverse();

@@ -56,7 +56,7 @@ private:
     void learn_errors(DepthView depth, const ErrorScales &before);
     /// Motion of the published camera since the last measurement.
     Pose since_measurement(const Pose &from_world) const;
-    void place(FrameSource source, const Pose &from_world);
+    void describe_image(FrameSource source, const Pose &from_world);
     void describe_map();
 
     Views views_;

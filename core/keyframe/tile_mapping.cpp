@@ -4,9 +4,7 @@
 #include "core/keyframe/surface_point.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdlib>
 #include <limits>
 #include <numbers>
 
@@ -18,6 +16,7 @@ namespace {
 constexpr float alike_depths = 1.15f;
 /// A tile's pixels show their points if they are no farther from them, pixels.
 constexpr float place_tolerance_px = 0.5f;
+
 constexpr int whole_tiles(int pixels, int size) {
     return (pixels + size - 1) / size;
 }
@@ -141,7 +140,7 @@ void TileMapping::find_contents(int y) {
 
 /// Tiles that would be mapped, but whose corners are not found, are mixed.
 void TileMapping::map_tiles(const Mapping &by) {
-    pool_.run(rows() + 1, [&](int y) { find_corners(by, y); });
+    pool_.run(rows() + 1, [&](int y) { find_shared_corners(by, y); });
     pool_.run(rows(), [&](int y) {
         const CornerRows corners = {corner_row(y), corner_row(y + 1)};
         bool mixed = false;
@@ -289,14 +288,13 @@ float TileMapping::depth_beside_corner(int x, int y) const {
 }
 
 /// Finds the corners in a row that are shared by tiles, beginning with the nearest point of one.
-void TileMapping::find_corners(const Mapping &by, int y) {
+void TileMapping::find_shared_corners(const Mapping &by, int y) {
     const CornerRow row = corner_row(y);
     for (int x = 0; x <= columns(); ++x)
         row.first[x] = depth_beside_corner(x, y);
     const SurfaceOptions &options = by.surface.options();
-    afterglow::find_corners(
-        {by.surface.z(), by.surface.pieces(), options.nearest_m, options.farthest_m}, row.rays,
-        row.first, row.millimetres, columns() + 1, row.shared);
+    find_corners({by.surface.z(), by.surface.pieces(), options.nearest_m, options.farthest_m},
+                 row.rays, row.first, row.millimetres, columns() + 1, row.shared);
 }
 
 /// The point of the surface that is seen at a corner, if its depth is z.

@@ -133,7 +133,7 @@ private:
                      std::span<TileRange> ranges) const;
     void find_rays(const Mapping &by);
     void find_contents(int y);
-    void find_corners(const Mapping &by, int y);
+    void find_shared_corners(const Mapping &by, int y);
     void map_tiles(const Mapping &by);
     bool map_surface(int x, int y, const CornerRows &corners, const Mapping &by);
     bool map_by_parallax(int x, int y, const CornerRows &corners, const Mapping &by);
@@ -157,7 +157,7 @@ private:
     std::vector<std::uint8_t> landing_rows_, mixed_rows_; ///< which have such pieces, tiles
     static constexpr int corner_values = 13;
     Image<float> corners_;            ///< of tiles: CornerRow's arrays, row by row
-    Image<float> nearest_, farthest_; ///< of each tile, metres; 0 = nothing is seen on it
+    Image<float> nearest_, farthest_; ///< SurfacePart's, of each tile, metres
     Image<float> parallax_px_;        ///< between these, as find_parallax() tells it
     Image<MappedTile> mapped_;
 };

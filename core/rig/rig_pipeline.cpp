@@ -79,9 +79,10 @@ const Estimate &RigPipeline::measure(const Measurement &measurement) {
 }
 
 const Estimate &RigPipeline::publish(const Estimate &composed) {
+    const float last_coverage = estimate_.coverage;
     estimate_ = composed;
     if (composed.depth.empty()) {
-        estimate_.coverage = coverage_; // of the last map
+        estimate_.coverage = last_coverage;
         return estimate_;
     }
     const ImageView<std::uint8_t> confidence =
@@ -90,7 +91,7 @@ const Estimate &RigPipeline::publish(const Estimate &composed) {
         published_.run(composed.depth, composed.confidence, depth_, confidence, pool_);
     estimate_.depth = depth_;
     estimate_.confidence = confidence;
-    estimate_.coverage = coverage_ =
+    estimate_.coverage =
         100 * static_cast<float>(covered) / static_cast<float>(depth_.width() * depth_.height());
     return estimate_;
 }

@@ -40,7 +40,6 @@ private:
     DepthResampler published_;
     DepthMap depth_;
     Image<std::uint8_t> confidence_;
-    float coverage_ = 0; ///< of the last map
     Estimate estimate_;
 };
 

@@ -18,8 +18,8 @@ FrameScore describe(const FrameResult &frame, std::uint64_t index) {
     score.age_frames = estimate.age_frames;
     score.inliers = estimate.inliers;
     score.ms = std::chrono::duration<double, std::milli>(frame.estimation_time).count();
-    score.published = !estimate.depth.empty();
-    if (score.published && estimate.expected_mre >= 0)
+    score.skipped = estimate.depth.empty();
+    if (!score.skipped && estimate.expected_mre >= 0)
         score.expected_mre = estimate.expected_mre;
     return score;
 }
@@ -59,7 +59,7 @@ Result<Evaluation> evaluate(Footage &footage, PipelineFactory make, const GatePo
         if (frame.capture == Capture::frame) {
             const std::size_t index = evaluation.frames.size();
             FrameScore &score = evaluation.frames.emplace_back(describe(frame, index));
-            if (score.published) {
+            if (!score.skipped) {
                 if (const auto truth = footage.truth(frame.sequence))
                     compare(score, frame.estimate.depth, *truth);
                 else

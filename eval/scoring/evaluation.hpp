@@ -18,7 +18,7 @@ namespace afterglow {
 struct FrameScore {
     std::uint64_t index = 0; ///< from 0
     std::int64_t t_ns = 0;
-    bool published = false; ///< has a depth map: the rest, but `lit` and `ms`, holds only then
+    bool skipped = false; ///< nobody wanted its depth map: only index, t_ns, lit and ms hold
     bool measured = false;
     bool lit = false; ///< FrameResult::lit: also while the TOF camera wakes up
     std::uint32_t age_frames = 0;

@@ -69,8 +69,8 @@ public:
         confidence_wanted_.store(wanted, std::memory_order_release);
     }
     bool confidence_wanted() const { return confidence_wanted_.load(std::memory_order_acquire); }
-    /// How often streams want a frame, at least; 0: of every image. Who makes them asks
-    /// wanted_interval().
+    /// The longest time between two frames that the streams accept; 0: they want a frame of every
+    /// image. Who makes the frames asks wanted_interval().
     void want_interval(std::chrono::milliseconds interval) {
         wanted_interval_.store(interval, std::memory_order_release);
     }

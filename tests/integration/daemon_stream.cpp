@@ -150,7 +150,8 @@ TEST_CASE("the daemon works out confidences while a reader asks for them") {
     CHECK(wait_until([&] { return !tells_errors(); }));
 }
 
-TEST_CASE("the daemon makes as few frames as its readers want") {
+TEST_CASE(
+    "the daemon makes few frames for a reader with a long interval, and all for one without") {
     Served served(small_room);
     afterglow::Options options;
     options.bus = served.bus.address();

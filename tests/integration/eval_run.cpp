@@ -189,7 +189,7 @@ TEST_CASE("afterglow-eval run gives the same result for any number of workers an
     CHECK(published(evaluate(folder, recording, "3", {"--workers", "4"})) == maps);
 }
 
-TEST_CASE("afterglow-eval run --depth-interval scores as few depth maps as are wanted", "[eval]") {
+TEST_CASE("afterglow-eval run --depth-interval makes one depth map in each interval", "[eval]") {
     const TemporaryFolder folder;
     const Ended all = run({"afterglow-eval", "run", record(folder), "--json", "--depth-interval",
                            "200", "--set", "gate.mode=interval", "--set", "gate.interval_frames=12",

@@ -55,10 +55,10 @@ TEST_CASE("the frame loop makes no unwanted confidences after a change of calibr
     CHECK(estimated.estimate.confidence.empty());
 }
 
-TEST_CASE("the frame loop makes as few depth maps as are wanted") {
+TEST_CASE("the frame loop makes one depth map in each interval that is wanted") {
     Fixture fixture({.mode = GateMode::interval, .interval_frames = 12});
     fixture.loop.want_depth_every(std::chrono::milliseconds(100));
-    std::string maps; // an image each 33 ms; as are wanted is every third
+    std::string maps; // an image each 33 ms: every third has one
     for (int k = 0; k < 24; ++k) {
         const FrameResult result = fixture.step();
         REQUIRE(result.capture == Capture::frame);
@@ -74,7 +74,8 @@ TEST_CASE("the frame loop makes as few depth maps as are wanted") {
         CHECK_FALSE(fixture.step().estimate.depth.empty());
 }
 
-TEST_CASE("the frame loop makes a depth map of each image that waits for a measurement") {
+TEST_CASE("the frame loop makes a depth map of each image that waits for a measurement, but for "
+          "the first") {
     FakeCameras cameras;
     Rig rig = cameras.rig();
     rig.pairing.warmup_maps = 2; // what is measured is compared with the map, where there is one

@@ -155,7 +155,8 @@ TEST_CASE("depth and expected error of the keyframe pipeline do not depend on wh
     }
 }
 
-TEST_CASE("depth maps that the keyframe pipeline leaves out change no other", "[core]") {
+TEST_CASE("leaving out unwanted depth maps changes no other map of the keyframe pipeline",
+          "[core]") {
     const Film scene = film_room(320, 240, 14);
     Viewer always(scene), sometimes(scene);
     for (int k = 0; k < 14; ++k) {
@@ -183,9 +184,10 @@ TEST_CASE("depth maps that the keyframe pipeline leaves out change no other", "[
     }
 }
 
-TEST_CASE("a keyframe pipeline that has left out the map before it asks for light where it would "
-          "have gone on from that map",
-          "[core]") {
+TEST_CASE(
+    "a keyframe pipeline that leaves out depth maps asks for light when it is lost, and finds "
+    "the camera again",
+    "[core]") {
     const Film scene = film_room(320, 240, 2);
     Viewer viewer(scene);
     viewer.track(0);

@@ -5,6 +5,7 @@
 #include "tests/instruction_set.hpp"
 
 #include <algorithm>
+#include <cstdlib>
 #include <random>
 
 using namespace afterglow;
@@ -60,4 +61,21 @@ TEST_CASE(
                 REQUIRE(part.holes() == holes);
             }
     }
+}
+
+TEST_CASE("the nearest piece with depth around a pixel is found within three pieces", "[core]") {
+    constexpr int px = SurfacePieces::piece_px, across = 11;
+    const auto centre = [](int piece) { return piece * px + px / 2; };
+    for (int y = 0; y < across; ++y)
+        for (int x = 0; x < across; ++x) {
+            Image<float> z(across * px, across * px);
+            z(centre(x), centre(y)) = with_edge_distance(2.0f, 3);
+            z(0, 0) = with_edge_distance(1.0f, 3); // nearer to the camera, but farther from (5, 5)
+            SurfacePieces pieces(z.width(), z.height());
+            pieces.find(z);
+            const int ring = std::max(std::abs(x - 5), std::abs(y - 5));
+            CAPTURE(x, y);
+            CHECK(pieces.nearest_around(centre(5), centre(5)) ==
+                  (ring <= 3 ? z(centre(x), centre(y)) : 0.0f));
+        }
 }

@@ -229,3 +229,34 @@ TEST_CASE(
         }
     }
 }
+
+TEST_CASE("parts of a surface are added to tiles in vectors as one by one") {
+    AFTERGLOW_ON_EACH_INSTRUCTION_SET();
+    std::mt19937 random(8);
+    constexpr int columns = 7, rows = 5;
+    for (int round = 0; round < 50; ++round) {
+        std::vector<SurfacePart> parts;
+        std::vector<TileRange> ranges;
+        for (int i = 0; i < 60; ++i) {
+            const float nearest = 0.5f + 0.01f * static_cast<float>(random() % 300);
+            parts.emplace_back(nearest, nearest + 0.1f * static_cast<float>(random() % 9),
+                               1 + static_cast<int>(random() % 7), random() % 5 == 0);
+            if (i > 0 && random() % 3 == 0) {
+                ranges.push_back(ranges.back()); // on the same tiles as the part before
+                continue;
+            }
+            const auto some = [&](int most) {
+                return static_cast<std::int16_t>(random() % static_cast<unsigned>(most));
+            };
+            ranges.push_back({some(columns), some(columns), some(rows), some(rows)});
+        }
+        Image<SurfacePart> tiles(columns, rows), expected = tiles;
+        for (std::size_t i = 0; i < parts.size(); ++i)
+            for (int y = ranges[i].top; y <= ranges[i].bottom; ++y)
+                for (int x = ranges[i].left; x <= ranges[i].right; ++x)
+                    expected(x, y).add(parts[i]);
+        add_to_tiles(parts.data(), ranges, tiles);
+        for (std::size_t i = 0; i < tiles.pixels().size(); ++i)
+            REQUIRE(tiles.pixels()[i].most() == expected.pixels()[i].most());
+    }
+}

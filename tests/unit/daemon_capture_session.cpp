@@ -123,7 +123,7 @@ TEST_CASE("the ring says which measurement a frame rests on, and where the camer
     CHECK((woken.flags & AFTERGLOW_FRAME_FIRST) != 0);
 }
 
-TEST_CASE("images between the frames that readers want are counted with their light") {
+TEST_CASE("the capture session counts images without a frame, and those of them that were lit") {
     CaptureFixture fixture;
     fixture.orders.policy = {.mode = GateMode::interval, .interval_frames = 20};
     fixture.ring->want_interval(200ms); // every sixth image
@@ -146,7 +146,7 @@ TEST_CASE("images between the frames that readers want are counted with their li
     fixture.cameras.read_tof = [](DepthFrame &) { return Capture::none; };
     fixture.turn();
     fixture.orders.measurements = 1;
-    fixture.turn(); // asks for light, and is not to have a frame
+    fixture.turn(); // asks for light; no frame is due
     CHECK_FALSE(fixture.last_event());
     fixture.turn();
     const auto lit = fixture.last_event();

@@ -163,7 +163,7 @@ TEST_CASE("the options of OpenStream make the ring want images and confidences",
     CHECK(daemon.ring.writer().confidence_wanted());
 }
 
-TEST_CASE("the ring is to have frames as often as the least patient stream wants them", "[ipc]") {
+TEST_CASE("the shortest frame interval of all open streams counts", "[ipc]") {
     using std::chrono::milliseconds;
     BusService daemon;
     const std::string address = daemon.bus.address();

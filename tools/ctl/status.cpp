@@ -59,7 +59,7 @@ void print_frames(const Json &p) {
                    number(p, "FramesWithoutDepth"));
     const double skipped = number(p, "FramesSkipped");
     fmt::print("{}\n  dropped   {:.0f} damaged, {:.0f} missed\n",
-               skipped > 0 ? fmt::format("; {:.0f} images without one, as readers want", skipped)
+               skipped > 0 ? fmt::format("; {:.0f} images have none, no reader wanted one", skipped)
                            : "",
                number(p, "FramesDamaged"), number(p, "FramesMissed"));
     if (frames == 0)

@@ -74,9 +74,9 @@ struct afterglow_options {
     /* How long afterglow_open() waits for the daemon's answer, and for its start where the bus
      * starts it; 0: 25 seconds. */
     uint32_t timeout_ms;
-    /* How often a frame is wanted, at least, 0 to 1000; 0: of every image. As long as all streams
-     * are content with few frames the daemon makes few, which saves it work and light; a frame may
-     * also come sooner, such as one that was measured. */
+    /* The longest time between two frames, 0 to 1000; 0: a frame of every image. The shortest of
+     * all open streams counts. The daemon may then leave out frames, which saves work and light. A
+     * frame may also come sooner, for example one that was measured. */
     uint32_t interval_ms;
 };
 
@@ -127,6 +127,7 @@ struct afterglow_view {
  *   -ENOBUFS                you, or all together, have too many streams open
  *   -EBUSY                  you have asked too often; try again later
  *   -ETIMEDOUT              the daemon does not answer
+ *   -EINVAL                 an option is unknown or out of range, here or to an older daemon
  *   -EPROTO, -EPROTONOSUPPORT, -EPERM, -EPIPE  as afterglow_open_fd()
  */
 AFTERGLOW_API int afterglow_open(const struct afterglow_options *options,

@@ -84,7 +84,7 @@ struct Options {
     bool nonblock = false;                 ///< do not wait for the daemon
     bool reconnect = false;                ///< go on with the next daemon
     std::chrono::milliseconds timeout{0};  ///< 0: 25 seconds
-    std::chrono::milliseconds interval{0}; ///< of frames, at most 1 s; 0: a frame of every image
+    std::chrono::milliseconds interval{0}; ///< the longest between frames, <= 1 s; 0: each image
 };
 
 /// A stream of frames. For one thread at a time; moved, never copied. What is moved from can only

@@ -52,7 +52,7 @@ struct CountedRun {
     int frames = 0;            ///< in that file
     int still = 0;             ///< how often the last image is shown again
     bool depth_alone = false;  ///< nobody wants confidences
-    int depth_interval_ms = 0; ///< that readers want a depth map in; 0: of every image
+    int depth_interval_ms = 0; ///< between depth maps, at most; 0: a map for every image
     std::string folder;        ///< for what is written on the way; of this run alone
 };
 

@@ -57,8 +57,10 @@ struct Options {
             ->check(CLI::Range(1, 100000))
             ->capture_default_str();
         app.add_flag("--depth-alone", depth_alone, "As if no reader asked for confidences");
-        app.add_option("--depth-interval", depth_interval_ms,
-                       "As for readers that want a depth map so often, in ms; 0 = of every image")
+        app.add_option(
+               "--depth-interval", depth_interval_ms,
+               "Make a depth map once in so many ms, as for a reader with this interval; 0 = "
+               "for every image")
             ->check(CLI::Range(0, 1000));
         app.add_option("--jobs", jobs, "Emulators at a time; no count depends on it")
             ->check(CLI::Range(1, 64));
