@@ -58,10 +58,12 @@ private:
     ConfidenceSum found_;
 };
 #else
-/// So many pixels at once: a table of two bins has as many bytes.
-constexpr int run = 2 * class_layer;
-using Classes = hn::CappedTag<std::uint8_t, run>;
-using Depths = hn::CappedTag<std::uint16_t, run / 2>;
+/// A table of two bins.
+constexpr int two_bins = 2 * class_layer;
+/// One run of a row: as many pixels as two vectors of depths hold, up to a cell's width.
+using Classes = hn::CappedTag<std::uint8_t, 2 * two_bins>;
+using Depths = hn::Repartition<std::uint16_t, Classes>;
+constexpr int run = static_cast<int>(hn::MaxLanes(Classes()));
 
 /// Masks of the pixels of a run, in bytes.
 template <class M>
@@ -116,7 +118,7 @@ private:
         last_of_bin_ = static_cast<std::uint16_t>(first_of_bin(bin_ + 1) - 1);
         last_of_bins_ = static_cast<std::uint16_t>(first_of_bin(bin_ + 2) - 1);
         const Classes d8;
-        const auto found = hn::LoadU(d8, of_.table + place_in_table(0, bin_));
+        const auto found = hn::LoadDup128(d8, of_.table + place_in_table(0, bin_));
         const auto least = hn::Min(found, hn::Set(d8, unknown_confidence));
         const auto lowered = hn::SaturatedSub(found, hn::Set(d8, of_.less));
         confidences_ = hn::Max(lowered, least);
