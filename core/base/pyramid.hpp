@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/base/image.hpp"
+#include "core/base/grey.hpp"
 
 #include <vector>
 
 namespace afterglow {
 
 /// An image halved again and again, 2x2 pixels to one (see Intrinsics::at_level for the cameras).
-/// Level 0 is not kept: tracking starts at half size. Grey values, 0-255, as float.
+/// Level 0 is not kept: tracking starts at half size. Levels 1 to 4 are exact, coarser ones
+/// rounded.
 ///
 /// Allocates when made; build() is real-time safe.
 class Pyramid {
@@ -21,10 +22,10 @@ public:
 
     /// Number of halvings; level() takes 1..levels().
     int levels() const { return static_cast<int>(levels_.size()); }
-    ImageView<const float> level(int level) const { return levels_[level - 1]; }
+    GreyView level(int level) const { return levels_[level - 1]; }
 
 private:
-    std::vector<Image<float>> levels_;
+    std::vector<GreyImage> levels_;
 };
 
 } // namespace afterglow

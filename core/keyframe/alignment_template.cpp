@@ -33,6 +33,11 @@ float level_depth(const DepthSurface &surface, int level, int u, int v) {
     return sum / static_cast<float>(count);
 }
 
+/// Half the difference of two grey values.
+float half_difference(Grey a, Grey b) {
+    return 0.5f * grey_step * static_cast<float>(a - b);
+}
+
 /// The square cells that an image is parted into, as small as may be.
 struct Cells {
     Cells(int width, int height, int most) {
@@ -74,8 +79,7 @@ void AlignmentTemplate::build(const Pyramid &image, const DepthSurface &surface)
 }
 
 // The pixel with the steepest gradient in each cell becomes a point.
-void AlignmentTemplate::build_level(int level, ImageView<const float> image,
-                                    const DepthSurface &surface) {
+void AlignmentTemplate::build_level(int level, GreyView image, const DepthSurface &surface) {
     const int w = image.width(), h = image.height();
     TemplatePoints &points = levels_[level];
     const int cell = Cells(w, h, options_.points_per_level).size;
@@ -104,10 +108,12 @@ void AlignmentTemplate::build_level(int level, ImageView<const float> image,
             const auto i = static_cast<std::size_t>(points.count++);
             found_.u[i] = static_cast<float>(best_u);
             found_.v[i] = static_cast<float>(best_v);
-            found_.gradient_u[i] = 0.5f * (image(best_u + 1, best_v) - image(best_u - 1, best_v));
-            found_.gradient_v[i] = 0.5f * (image(best_u, best_v + 1) - image(best_u, best_v - 1));
+            found_.gradient_u[i] =
+                half_difference(image(best_u + 1, best_v), image(best_u - 1, best_v));
+            found_.gradient_v[i] =
+                half_difference(image(best_u, best_v + 1), image(best_u, best_v - 1));
             points.z[i] = z;
-            points.intensity[i] = image(best_u, best_v);
+            points.intensity[i] = grey_step * static_cast<float>(image(best_u, best_v));
         }
     }
     complete_points(found_, cameras_[level], options_, points);

@@ -71,7 +71,7 @@ public:
     const TemplateOptions &options() const { return options_; }
 
 private:
-    void build_level(int level, ImageView<const float> image, const DepthSurface &surface);
+    void build_level(int level, GreyView image, const DepthSurface &surface);
 
     TemplateOptions options_;
     std::vector<Intrinsics> cameras_;

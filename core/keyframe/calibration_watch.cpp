@@ -137,8 +137,7 @@ void CalibrationWatch::add(const DepthSurface &surface, const Intrinsics &surfac
     learn(finder_.find(surface, surface_camera, pose), image.level(level_), rate);
 }
 
-void CalibrationWatch::learn(std::span<const DepthEdge> found, ImageView<const float> image,
-                             const Twist &rate) {
+void CalibrationWatch::learn(std::span<const DepthEdge> found, GreyView image, const Twist &rate) {
     if (static_cast<int>(found.size()) < least_edges || !rate.allFinite())
         return;
     EdgeView &newest = views_[seen_ % remembered_views];

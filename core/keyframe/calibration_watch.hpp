@@ -61,7 +61,7 @@ private:
         double score = 0;      ///< mean over edges, less what is known against the error
     };
 
-    void learn(std::span<const DepthEdge> edges, ImageView<const float> image, const Twist &rate);
+    void learn(std::span<const DepthEdge> edges, GreyView image, const Twist &rate);
     void gather(const RigError &error, std::size_t kernel, EdgeEvidence &sum) const;
     Fit refine(const RigError &start, std::size_t kernel);
     RigError search(const EdgeView &view) const;

@@ -81,12 +81,12 @@ EdgeView::EdgeView(const Intrinsics &camera, int capacity)
     edges_.reserve(static_cast<std::size_t>(capacity));
 }
 
-void EdgeView::take(std::span<const DepthEdge> edges, ImageView<const float> image,
-                    const Twist &rate) {
+void EdgeView::take(std::span<const DepthEdge> edges, GreyView image, const Twist &rate) {
     assert(image.same_size(image_.view()) && edges.size() <= edges_.capacity());
     for (int v = 0; v < image.height(); ++v)
-        std::transform(image.row(v), image.row(v) + image.width(), image_.row(v),
-                       [](float grey) { return static_cast<std::uint8_t>(grey + 0.5f); });
+        std::transform(image.row(v), image.row(v) + image.width(), image_.row(v), [](Grey grey) {
+            return static_cast<std::uint8_t>((grey + grey_steps / 2) / grey_steps);
+        });
     looked_ = false;
     edges_.clear();
     sensitivity_.setZero();

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/base/camera.hpp"
-#include "core/base/image.hpp"
+#include "core/base/grey.hpp"
 #include "core/base/rigid_motion.hpp"
 #include "core/keyframe/depth_edges.hpp"
 
@@ -61,7 +61,7 @@ public:
 
     /// `edges`: at most the capacity, in the colour camera's frame. `rate`: motion (v, w) of the
     /// scene per second as that camera sees it.
-    void take(std::span<const DepthEdge> edges, ImageView<const float> image, const Twist &rate);
+    void take(std::span<const DepthEdge> edges, GreyView image, const Twist &rate);
     /// Looks up the image around where `error` puts the edges, unless it is known there. The calls
     /// below are for errors not far from that.
     void look(const RigError &error);

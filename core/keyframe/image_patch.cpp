@@ -22,26 +22,36 @@ constexpr auto count = static_cast<float>(ImagePatch::pixels);
 using D = hn::CappedTag<float, 4>;
 constexpr int lanes = static_cast<int>(hn::MaxLanes(D()));
 
-ImagePatch describe(ImageView<const float> image, int u, int v) {
+/// Grey values, in steps.
+HWY_API hn::Vec<hn::RebindToSigned<D>> steps_at(const Grey *from) {
+    return hn::PromoteTo(hn::RebindToSigned<D>(), hn::LoadU(hn::Rebind<Grey, D>(), from));
+}
+HWY_API hn::Vec<D> greys_at(const Grey *from) {
+    return hn::Mul(hn::Set(D(), grey_step), hn::ConvertTo(D(), steps_at(from)));
+}
+
+ImagePatch describe(GreyView image, int u, int v) {
     const D d;
-    const auto half = hn::Set(d, 0.5f);
+    const auto half = hn::Set(d, 0.5f * grey_step);
+    const auto gradient = [&](const Grey *behind, const Grey *before) HWY_ATTR {
+        return hn::Mul(half, hn::ConvertTo(d, hn::Sub(steps_at(behind), steps_at(before))));
+    };
     ImagePatch patch;
     auto sum_u = hn::Zero(d), sum_v = sum_u, uu = sum_u, uv = sum_u, vv = sum_u;
     float *grey = patch.grey.data(), *gradient_u = patch.gradient_u.data(),
           *gradient_v = patch.gradient_v.data();
     for (int j = 0; j < side; ++j)
         for (int i = 0; i < side; i += lanes) {
-            const float *const at = image.row(v + j) + u + i;
-            const auto by_u = hn::Mul(half, hn::Sub(hn::LoadU(d, at + 1), hn::LoadU(d, at - 1)));
-            const auto by_v = hn::Mul(half, hn::Sub(hn::LoadU(d, at + image.stride()),
-                                                    hn::LoadU(d, at - image.stride())));
+            const Grey *const at = image.row(v + j) + u + i;
+            const auto by_u = gradient(at + 1, at - 1);
+            const auto by_v = gradient(at + image.stride(), at - image.stride());
             sum_u = hn::Add(sum_u, by_u);
             sum_v = hn::Add(sum_v, by_v);
             uu = hn::MulAdd(by_u, by_u, uu);
             uv = hn::MulAdd(by_u, by_v, uv);
             vv = hn::MulAdd(by_v, by_v, vv);
             const int k = j * side + i;
-            hn::StoreU(hn::LoadU(d, at), d, grey + k);
+            hn::StoreU(greys_at(at), d, grey + k);
             hn::StoreU(by_u, d, gradient_u + k);
             hn::StoreU(by_v, d, gradient_v + k);
         }
@@ -57,50 +67,70 @@ ImagePatch describe(ImageView<const float> image, int u, int v) {
     return patch;
 }
 
-/// Grey values between the pixels of an image, a row of the square that begins at `place`.
+/// A square between the pixels of an image, which begins at `place`: grey values times `gain`.
 class BetweenPixels {
 public:
-    BetweenPixels(ImageView<const float> image, const Eigen::Vector2f &place, float gain)
+    BetweenPixels(GreyView image, const Eigen::Vector2f &place, float gain)
         : image_(image), u_(static_cast<int>(place.x())), v_(static_cast<int>(place.y())) {
         const D d;
+        const float per_step = grey_step * gain;
         const float right = place.x() - static_cast<float>(u_);
         const float down = place.y() - static_cast<float>(v_);
-        a_ = hn::Set(d, gain * (1 - right) * (1 - down));
-        b_ = hn::Set(d, gain * right * (1 - down));
-        c_ = hn::Set(d, gain * (1 - right) * down);
-        e_ = hn::Set(d, gain * right * down);
+        a_ = hn::Set(d, per_step * (1 - right) * (1 - down));
+        b_ = hn::Set(d, per_step * right * (1 - down));
+        c_ = hn::Set(d, per_step * (1 - right) * down);
+        e_ = hn::Set(d, per_step * right * down);
     }
-    HWY_INLINE hn::Vec<D> at(int i, int j) const {
-        const D d;
-        const float *const upper = image_.row(v_ + j) + u_ + i;
-        const float *const lower = upper + image_.stride();
-        const auto above =
-            hn::MulAdd(b_, hn::LoadU(d, upper + 1), hn::Mul(a_, hn::LoadU(d, upper)));
-        const auto below =
-            hn::MulAdd(e_, hn::LoadU(d, lower + 1), hn::Mul(c_, hn::LoadU(d, lower)));
+    /// A row of the image, in steps: each vector with the one that begins a pixel to the right.
+    struct Row {
+        std::array<hn::Vec<D>, side / lanes> left, right;
+    };
+    HWY_INLINE Row row(int j) const {
+        const Grey *const first = image_.row(v_ + j) + u_;
+        Row row;
+        for (std::size_t k = 0; k < row.left.size(); ++k) {
+            const Grey *const at = first + k * lanes;
+            row.left[k] = hn::ConvertTo(D(), steps_at(at));
+            row.right[k] = hn::ConvertTo(D(), steps_at(at + 1));
+        }
+        return row;
+    }
+    /// Vector k of what lies between two rows.
+    HWY_INLINE hn::Vec<D> between(const Row &upper, const Row &lower, std::size_t k) const {
+        const auto above = hn::MulAdd(b_, upper.right[k], hn::Mul(a_, upper.left[k]));
+        const auto below = hn::MulAdd(e_, lower.right[k], hn::Mul(c_, lower.left[k]));
         return hn::Add(above, below);
+    }
+    /// Calls use(j, i, values) for each vector, which begins in row j and column i.
+    template <class Use>
+    HWY_INLINE void for_all(const Use &use) const {
+        Row upper = row(0);
+        for (int j = 0; j < side; ++j) {
+            const Row lower = row(j + 1);
+            for (int i = 0; i < side; i += lanes)
+                use(j, i, between(upper, lower, static_cast<std::size_t>(i / lanes)));
+            upper = lower;
+        }
     }
 
 private:
-    ImageView<const float> image_;
+    GreyView image_;
     int u_, v_;
     hn::Vec<D> a_, b_, c_, e_;
 };
 
-PatchFit fit(const ImagePatch &patch, ImageView<const float> image, const Eigen::Vector2f &place,
-             float gain) {
+PatchFit fit(const ImagePatch &patch, GreyView image, const Eigen::Vector2f &place, float gain) {
     const D d;
     const BetweenPixels seen(image, place, gain);
     auto sum = hn::Zero(d), squares = sum, by_u = sum, by_v = sum;
-    for (int j = 0; j < side; ++j)
-        for (int i = 0; i < side; i += lanes) {
-            const int k = j * side + i;
-            const auto error = hn::Sub(seen.at(i, j), hn::LoadU(d, patch.grey.data() + k));
-            sum = hn::Add(sum, error);
-            squares = hn::MulAdd(error, error, squares);
-            by_u = hn::MulAdd(error, hn::LoadU(d, patch.gradient_u.data() + k), by_u);
-            by_v = hn::MulAdd(error, hn::LoadU(d, patch.gradient_v.data() + k), by_v);
-        }
+    seen.for_all([&](int j, int i, auto shown) HWY_ATTR {
+        const int k = j * side + i;
+        const auto error = hn::Sub(shown, hn::LoadU(d, patch.grey.data() + k));
+        sum = hn::Add(sum, error);
+        squares = hn::MulAdd(error, error, squares);
+        by_u = hn::MulAdd(error, hn::LoadU(d, patch.gradient_u.data() + k), by_u);
+        by_v = hn::MulAdd(error, hn::LoadU(d, patch.gradient_v.data() + k), by_v);
+    });
     const auto total = [&](auto lane_sums)
                            HWY_ATTR { return hn::GetLane(hn::SumOfLanes(d, lane_sums)); };
     const float mean = total(sum) / count, b_u = total(by_u), b_v = total(by_v);
@@ -110,9 +140,9 @@ PatchFit fit(const ImagePatch &patch, ImageView<const float> image, const Eigen:
                 determinant};
 }
 
-void claim(ImageView<const float> image, int u, int v, ImageView<const float> then,
-           const Eigen::Vector2f &place, const Brightness &brightness, std::int32_t owner,
-           ImageView<float> least, ImageView<std::int32_t> owners) {
+void claim(GreyView image, int u, int v, GreyView then, const Eigen::Vector2f &place,
+           const Brightness &brightness, std::int32_t owner, ImageView<float> least,
+           ImageView<std::int32_t> owners) {
     const D d;
     const hn::RebindToSigned<D> di;
     const BetweenPixels seen(then, place, brightness.gain);
@@ -120,12 +150,12 @@ void claim(ImageView<const float> image, int u, int v, ImageView<const float> th
     // With the outermost ones repeated around.
     constexpr int around = side + 2;
     HWY_ALIGN float difference[around][around + 2];
+    seen.for_all([&](int j, int i, auto shown) HWY_ATTR {
+        const auto now = greys_at(image.row(v + j) + u + i);
+        hn::StoreU(hn::Abs(hn::Sub(hn::Add(shown, offset), now)), d, difference[j + 1] + 1 + i);
+    });
     for (int j = 0; j < side; ++j) {
         float *const row = difference[j + 1];
-        for (int i = 0; i < side; i += lanes) {
-            const auto now = hn::LoadU(d, image.row(v + j) + u + i);
-            hn::StoreU(hn::Abs(hn::Sub(hn::Add(seen.at(i, j), offset), now)), d, row + 1 + i);
-        }
         row[0] = row[1];
         row[side + 1] = row[side];
     }
@@ -167,24 +197,24 @@ HWY_EXPORT(claim);
 
 } // namespace
 
-ImagePatch patch_at(ImageView<const float> image, int u, int v) {
+ImagePatch patch_at(GreyView image, int u, int v) {
     return HWY_DYNAMIC_DISPATCH(describe)(image, u, v);
 }
 
-bool shows_patch(ImageView<const float> image, const Eigen::Vector2f &place) {
+bool shows_patch(GreyView image, const Eigen::Vector2f &place) {
     const auto beyond = [](int size) { return static_cast<float>(size - ImagePatch::side); };
     return place.x() >= 0 && place.y() >= 0 && place.x() < beyond(image.width()) &&
            place.y() < beyond(image.height());
 }
 
-PatchFit fit_patch(const ImagePatch &patch, ImageView<const float> image,
-                   const Eigen::Vector2f &place, float gain) {
+PatchFit fit_patch(const ImagePatch &patch, GreyView image, const Eigen::Vector2f &place,
+                   float gain) {
     return HWY_DYNAMIC_DISPATCH(fit)(patch, image, place, gain);
 }
 
-void claim_pixels(ImageView<const float> image, int u, int v, ImageView<const float> then,
-                  const Eigen::Vector2f &place, const Brightness &brightness, std::int32_t owner,
-                  ImageView<float> least, ImageView<std::int32_t> owners) {
+void claim_pixels(GreyView image, int u, int v, GreyView then, const Eigen::Vector2f &place,
+                  const Brightness &brightness, std::int32_t owner, ImageView<float> least,
+                  ImageView<std::int32_t> owners) {
     HWY_DYNAMIC_DISPATCH(claim)(image, u, v, then, place, brightness, owner, least, owners);
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/base/image.hpp"
+#include "core/base/grey.hpp"
 
 #include <Eigen/Core>
 
@@ -31,7 +31,7 @@ struct ImagePatch {
 };
 
 /// The patch whose first pixel is (u, v): 1 <= u < image.width() - side, v alike. Real-time safe.
-ImagePatch patch_at(ImageView<const float> image, int u, int v);
+ImagePatch patch_at(GreyView image, int u, int v);
 
 /// How a patch differs from what an image shows at a place.
 struct PatchFit {
@@ -42,12 +42,12 @@ struct PatchFit {
 };
 
 /// Whether an image shows all of a patch whose first pixel is at `place`.
-bool shows_patch(ImageView<const float> image, const Eigen::Vector2f &place);
+bool shows_patch(GreyView image, const Eigen::Vector2f &place);
 
 /// Compares a patch with what an image, its grey values times `gain`, shows at `place` (its first
 /// pixel, bilinear). The image shows all of it. Real-time safe.
-PatchFit fit_patch(const ImagePatch &patch, ImageView<const float> image,
-                   const Eigen::Vector2f &place, float gain);
+PatchFit fit_patch(const ImagePatch &patch, GreyView image, const Eigen::Vector2f &place,
+                   float gain);
 
 /// The grey values of an image, times a gain and more by an offset.
 struct Brightness {
@@ -57,8 +57,8 @@ struct Brightness {
 /// begins at `place` of `then`, which shows all of it. A pixel's difference is the mean absolute
 /// difference of 3 x 3 pixels, grey values; those beyond the square's border count as the border's.
 /// Where it is below `least`, it is written there, and `owner` to `owners`. Real-time safe.
-void claim_pixels(ImageView<const float> image, int u, int v, ImageView<const float> then,
-                  const Eigen::Vector2f &place, const Brightness &brightness, std::int32_t owner,
-                  ImageView<float> least, ImageView<std::int32_t> owners);
+void claim_pixels(GreyView image, int u, int v, GreyView then, const Eigen::Vector2f &place,
+                  const Brightness &brightness, std::int32_t owner, ImageView<float> least,
+                  ImageView<std::int32_t> owners);
 
 } // namespace afterglow

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "core/base/grey.hpp"
 #include "core/base/rigid_motion.hpp"
 #include "core/keyframe/alignment_template.hpp"
 #include "core/keyframe/depth_surface.hpp"
@@ -20,12 +21,12 @@ struct Keyframe {
           alignment_template(views.tracking, template_options) {
         const Intrinsics of_grey = views.tracking.at_level(
             ResidualFlow::level_for(views.tracking, template_options.coarsest_level));
-        grey = Image<float>(of_grey.width, of_grey.height);
+        grey = GreyImage(of_grey.width, of_grey.height);
     }
 
     DepthSurface surface;
     AlignmentTemplate alignment_template;
-    Image<float> grey; ///< its image, on the level of ResidualFlow
+    GreyImage grey; ///< its image, on the level of ResidualFlow
     /// World coordinates (those of the first measured frame's tracking camera) to the tracking
     /// camera's when its image was exposed, and to the surface camera's when its depth map was.
     Pose from_world;

@@ -33,7 +33,7 @@ void MotionMask::find(const AlignmentTemplate &reference, const Pyramid &image,
                       const Alignment &alignment, DepthView composed) {
     std::fill(counts_.pixels().begin(), counts_.pixels().end(), Count{});
     const int level = reference.options().finest_level;
-    const ImageView<const float> grey = image.level(level);
+    const GreyView grey = image.level(level);
     constexpr float all_count = 1e6f; // expected deviations
     const float limit = outlier_limit * alignment.residual_scale;
     const TemplatePoints &points = reference.points(level);

@@ -40,7 +40,7 @@ public:
 
     /// A keyframe's image on that level, and when it was taken.
     struct Then {
-        ImageView<const float> image;
+        GreyView image;
         std::int64_t t_ns = 0;
     };
     /// Finds the flow of a new image, `now`. `at`: pose, gain and offset of the keyframe in it.
@@ -78,7 +78,7 @@ private:
     /// The arguments of find(), prepared.
     struct Search {
         Then then;
-        ImageView<const float> now; ///< of the level
+        GreyView now; ///< of the level
         const Placement &at;
         Pose to_then; ///< points of the new image's frame to the keyframe's
         DepthView composed;

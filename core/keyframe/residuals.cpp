@@ -5,6 +5,7 @@
 #include "core/keyframe/residuals.hpp"
 
 #include <cassert>
+#include <cstring>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -20,10 +21,51 @@ constexpr float nearest_m = 0.05f;
 
 using Lanes = hn::CappedTag<float, TemplatePoints::block>;
 
+/// For each lane image[place] and, in the upper half, image[place + 1].
+template <class D>
+HWY_API hn::Vec<hn::RebindToUnsigned<D>> pairs_at(D /*d*/, const Grey *image,
+                                                  const std::int32_t *places) {
+    const hn::RebindToUnsigned<D> pairs;
+    [[maybe_unused]] const auto pair = [&](int i) HWY_ATTR {
+        std::uint32_t two;
+        std::memcpy(&two, image + places[i], sizeof two);
+        return two;
+    };
+#if HWY_TARGET == HWY_SCALAR
+    return hn::Set(pairs, pair(0));
+#else
+    if constexpr (hn::MaxLanes(D()) == 4) { // no gather instruction, or a slow one
+        const hn::Repartition<std::uint64_t, D> d64;
+        const auto two = [&](int i) HWY_ATTR {
+            return hn::Set(hn::Half<decltype(d64)>(), std::uint64_t{pair(i + 1)} << 32 | pair(i));
+        };
+        return hn::BitCast(pairs, hn::Combine(d64, two(2), two(0)));
+    } else {
+        const auto offsets = hn::ShiftLeft<1>(hn::Load(hn::RebindToSigned<D>(), places)); // bytes
+        return hn::GatherOffset(pairs, reinterpret_cast<const std::uint32_t *>(image), offsets);
+    }
+#endif
+}
+
+/// As neighbours_at(), of grey values, in steps.
+template <class D>
+HWY_API Neighbours<hn::Vec<D>> greys_near(D d, GreyView image, const std::int32_t *places) {
+    // Two neighbours of a row are loaded at once: the left one is in the lower half.
+    const hn::RebindToUnsigned<D> pairs;
+    const auto left = [&](auto two) HWY_ATTR { return hn::And(two, hn::Set(pairs, 0xffff)); };
+    const auto value = [&](auto greys) HWY_ATTR {
+        return hn::ConvertTo(d, hn::BitCast(hn::RebindToSigned<D>(), greys));
+    };
+    const auto above = pairs_at(d, image.data(), places);
+    const auto below = pairs_at(d, image.data() + image.stride(), places);
+    return {value(left(above)), value(hn::ShiftRight<16>(above)), value(left(below)),
+            value(hn::ShiftRight<16>(below))};
+}
+
 /// Looks up points first .. first + Lanes: visit(u, v, depth, grey), as in PointsSeen. Point X is
 /// at A X + b, homogeneous pixels.
 template <class Visit>
-HWY_INLINE void look_up(const TemplatePoints &points, int first, ImageView<const float> image,
+HWY_INLINE void look_up(const TemplatePoints &points, int first, GreyView image,
                         const Eigen::Matrix3f &A, const Eigen::Vector3f &b, const Placement &at,
                         const Visit &visit) {
     const Lanes d;
@@ -63,16 +105,15 @@ HWY_INLINE void look_up(const TemplatePoints &points, int first, ImageView<const
     const auto offset = hn::Add(hn::Mul(iv, hn::Set(di, image.stride())), iu);
     HWY_ALIGN std::int32_t places[TemplatePoints::block];
     hn::Store(offset, di, places);
-    const auto seen_at = neighbours_at(d, image.data(), image.stride(), places);
+    const auto seen_at = greys_near(d, image, places);
     const auto upper = hn::MulAdd(fu, hn::Sub(seen_at.b, seen_at.a), seen_at.a);
     const auto lower = hn::MulAdd(fu, hn::Sub(seen_at.e, seen_at.c), seen_at.c);
-    const auto grey = hn::MulAdd(fv, hn::Sub(lower, upper), upper);
+    const auto grey = hn::Mul(set(grey_step), hn::MulAdd(fv, hn::Sub(lower, upper), upper));
     visit(at_u, at_v, depth, hn::IfThenElse(seen, hn::Max(grey, hn::Zero(d)), set(-1.0f)));
 }
 
-void points_of(const TemplatePoints &points, int first, ImageView<const float> image,
-               const Eigen::Matrix3f &A, const Eigen::Vector3f &b, const Placement &at,
-               PointsSeen &seen) {
+void points_of(const TemplatePoints &points, int first, GreyView image, const Eigen::Matrix3f &A,
+               const Eigen::Vector3f &b, const Placement &at, PointsSeen &seen) {
     const Lanes d;
     for (int i = 0; i < TemplatePoints::block; i += static_cast<int>(hn::Lanes(d)))
         look_up(points, first + i, image, A, b, at,
@@ -84,7 +125,7 @@ void points_of(const TemplatePoints &points, int first, ImageView<const float> i
                 });
 }
 
-void greys_of(const TemplatePoints &points, int first, int end, ImageView<const float> image,
+void greys_of(const TemplatePoints &points, int first, int end, GreyView image,
               const Eigen::Matrix3f &A, const Eigen::Vector3f &b, const Placement &at,
               std::span<float> greys) {
     const Lanes d;
@@ -147,13 +188,13 @@ struct Projection {
 
 } // namespace
 
-void find_points(const TemplatePoints &points, int first, ImageView<const float> image,
-                 const Intrinsics &camera, const Placement &at, PointsSeen &seen) {
+void find_points(const TemplatePoints &points, int first, GreyView image, const Intrinsics &camera,
+                 const Placement &at, PointsSeen &seen) {
     const Projection to(camera, at.pose);
     HWY_DYNAMIC_DISPATCH(points_of)(points, first, image, to.A, to.b, at, seen);
 }
 
-void find_greys(const TemplatePoints &points, int first, int end, ImageView<const float> image,
+void find_greys(const TemplatePoints &points, int first, int end, GreyView image,
                 const Intrinsics &camera, const Placement &at, std::span<float> grey) {
     const Projection to(camera, at.pose);
     HWY_DYNAMIC_DISPATCH(greys_of)(points, first, end, image, to.A, to.b, at, grey);

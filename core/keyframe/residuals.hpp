@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/base/image.hpp"
+#include "core/base/grey.hpp"
 #include "core/base/rigid_motion.hpp"
 #include "core/keyframe/alignment_template.hpp"
 
@@ -33,12 +33,12 @@ struct PointsSeen {
 
 /// Looks up the block of points that begins with number `first`. `image` and `camera` are those of
 /// the points' level. Real-time safe.
-void find_points(const TemplatePoints &points, int first, ImageView<const float> image,
-                 const Intrinsics &camera, const Placement &at, PointsSeen &seen);
+void find_points(const TemplatePoints &points, int first, GreyView image, const Intrinsics &camera,
+                 const Placement &at, PointsSeen &seen);
 
 /// The grey values of a level's points first .. end - 1, whole blocks, as in PointsSeen. `grey`: of
 /// all points.
-void find_greys(const TemplatePoints &points, int first, int end, ImageView<const float> image,
+void find_greys(const TemplatePoints &points, int first, int end, GreyView image,
                 const Intrinsics &camera, const Placement &at, std::span<float> grey);
 
 /// The residuals of some blocks of points: grey values seen less what the template promises.

@@ -15,20 +15,24 @@ HWY_BEFORE_NAMESPACE();
 namespace afterglow::HWY_NAMESPACE {
 namespace {
 
-void steepest(ImageView<const float> image, int first_row, int end_row, float *steepness,
-              int *rows) {
-    const float *const pixels = image.data();
+void steepest(GreyView image, int first_row, int end_row, float *steepness, int *rows) {
+    const Grey *const pixels = image.data();
     const int stride = image.stride();
     for_lanes(image.width() - 2, [&](auto d, int i) HWY_ATTR {
         const hn::RebindToSigned<decltype(d)> di;
-        const auto half = hn::Set(d, 0.5f);
+        const hn::Rebind<Grey, decltype(d)> of_greys;
+        const auto half = hn::Set(d, 0.5f * grey_step);
+        const auto gradient = [&](const Grey *behind, const Grey *before) HWY_ATTR {
+            const auto difference = hn::Sub(hn::PromoteTo(di, hn::LoadU(of_greys, behind)),
+                                            hn::PromoteTo(di, hn::LoadU(of_greys, before)));
+            return hn::Mul(half, hn::ConvertTo(d, difference));
+        };
         auto most = hn::Zero(d);
         auto at = hn::Set(di, first_row);
-        const float *here = pixels + first_row * stride + i + 1;
+        const Grey *here = pixels + first_row * stride + i + 1;
         for (int row = first_row; row < end_row; ++row, here += stride) {
-            const auto gx = hn::Mul(half, hn::Sub(hn::LoadU(d, here + 1), hn::LoadU(d, here - 1)));
-            const auto gy =
-                hn::Mul(half, hn::Sub(hn::LoadU(d, here + stride), hn::LoadU(d, here - stride)));
+            const auto gx = gradient(here + 1, here - 1);
+            const auto gy = gradient(here + stride, here - stride);
             const auto squared = hn::Add(hn::Mul(gx, gx), hn::Mul(gy, gy));
             const auto steeper = hn::Gt(order(d, squared), order(d, most));
             most = hn::Max(squared, most);
@@ -96,8 +100,8 @@ HWY_EXPORT(complete);
 
 } // namespace
 
-void find_steepest(ImageView<const float> image, int first_row, int end_row,
-                   std::span<float> steepness, std::span<int> rows) {
+void find_steepest(GreyView image, int first_row, int end_row, std::span<float> steepness,
+                   std::span<int> rows) {
     HWY_DYNAMIC_DISPATCH(steepest)(image, first_row, end_row, steepness.data(), rows.data());
 }
 

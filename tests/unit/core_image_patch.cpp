@@ -16,28 +16,32 @@ namespace {
 
 constexpr int side = ImagePatch::side;
 
-Image<float> noise_image(unsigned seed) {
-    Image<float> image(23, 19);
+GreyImage noise_image(unsigned seed) {
+    GreyImage image(23, 19);
     std::mt19937 random(seed);
-    std::uniform_real_distribution<float> any(0, 255);
-    std::ranges::generate(image.pixels(), [&] { return any(random); });
+    std::uniform_int_distribution<int> any(0, 255 * grey_steps);
+    std::ranges::generate(image.pixels(), [&] { return static_cast<Grey>(any(random)); });
     return image;
 }
 /// A smooth picture, `du` and `dv` pixels farther right and down.
-Image<float> waves(float du, float dv) {
-    Image<float> image(40, 30);
+GreyImage waves(float du, float dv) {
+    GreyImage image(40, 30);
     for (int v = 0; v < image.height(); ++v)
         for (int u = 0; u < image.width(); ++u) {
             const float x = static_cast<float>(u) - du, y = static_cast<float>(v) - dv;
-            image(u, v) = 128 + 50 * std::sin(0.5f * x) + 40 * std::cos(0.4f * y + 0.2f * x);
+            const float grey = 128 + 50 * std::sin(0.5f * x) + 40 * std::cos(0.4f * y + 0.2f * x);
+            image(u, v) = static_cast<Grey>(grey_steps * grey);
         }
     return image;
 }
-float between(const Image<float> &image, float u, float v) {
+float grey_at(const GreyImage &image, int u, int v) {
+    return grey_step * static_cast<float>(image(u, v));
+}
+float between(const GreyImage &image, float u, float v) {
     const int x = static_cast<int>(u), y = static_cast<int>(v);
     const float r = u - static_cast<float>(x), d = v - static_cast<float>(y);
-    return (1 - d) * ((1 - r) * image(x, y) + r * image(x + 1, y)) +
-           d * ((1 - r) * image(x, y + 1) + r * image(x + 1, y + 1));
+    return (1 - d) * ((1 - r) * grey_at(image, x, y) + r * grey_at(image, x + 1, y)) +
+           d * ((1 - r) * grey_at(image, x, y + 1) + r * grey_at(image, x + 1, y + 1));
 }
 
 } // namespace
@@ -45,7 +49,7 @@ float between(const Image<float> &image, float u, float v) {
 TEST_CASE("an image patch is compared with another image after both means are taken off",
           "[core]") {
     AFTERGLOW_ON_EACH_INSTRUCTION_SET();
-    const Image<float> now = noise_image(1), then = noise_image(2);
+    const GreyImage now = noise_image(1), then = noise_image(2);
     const int u = GENERATE(1, 5, 14), v = GENERATE(1, 10);
     const Eigen::Vector2f place = {GENERATE(0.0f, 3.25f, 14.9f), GENERATE(0.0f, 7.5f)};
     const float gain = 0.8f;
@@ -60,8 +64,9 @@ TEST_CASE("an image patch is compared with another image after both means are ta
                 const int x = u + i, y = v + j;
                 const double seen = between(then, place.x() + static_cast<float>(i),
                                             place.y() + static_cast<float>(j));
-                visit(double{gain} * seen - now(x, y), 0.5 * (now(x + 1, y) - now(x - 1, y)),
-                      0.5 * (now(x, y + 1) - now(x, y - 1)));
+                visit(double{gain} * seen - grey_at(now, x, y),
+                      0.5 * (grey_at(now, x + 1, y) - grey_at(now, x - 1, y)),
+                      0.5 * (grey_at(now, x, y + 1) - grey_at(now, x, y - 1)));
             }
     };
     each([&](double e, double by_u, double by_v) {
@@ -85,7 +90,7 @@ TEST_CASE("an image patch is compared with another image after both means are ta
 
 TEST_CASE("Gauss-Newton steps find a displaced image patch between pixels", "[core]") {
     AFTERGLOW_ON_EACH_INSTRUCTION_SET();
-    const Image<float> then = waves(0, 0), now = waves(1.3f, -0.8f);
+    const GreyImage then = waves(0, 0), now = waves(1.3f, -0.8f);
     const ImagePatch patch = patch_at(now, 15, 10);
     REQUIRE(patch.is_distinct());
     Eigen::Vector2f place = {15, 10};
@@ -97,16 +102,16 @@ TEST_CASE("Gauss-Newton steps find a displaced image patch between pixels", "[co
 }
 
 TEST_CASE("an image patch without gradients in two directions is not distinct", "[core]") {
-    Image<float> image(20, 20, 100);
+    GreyImage image(20, 20, 100 * grey_steps);
     CHECK_FALSE(patch_at(image, 5, 5).is_distinct());
     for (int v = 0; v < image.height(); ++v)
         for (int u = 0; u < image.width(); ++u)
-            image(u, v) = static_cast<float>(u % 5 * 40);
+            image(u, v) = static_cast<Grey>(u % 5 * 40 * grey_steps);
     CHECK_FALSE(patch_at(image, 5, 5).is_distinct());
 }
 
 TEST_CASE("an image shows a patch if it has all pixels that bilinear sampling reads", "[core]") {
-    const Image<float> image(20, 16);
+    const GreyImage image(20, 16);
     CHECK(shows_patch(image, {0, 0}));
     CHECK(shows_patch(image, {11.9f, 7.9f}));
     CHECK_FALSE(shows_patch(image, {12, 0}));
@@ -119,7 +124,7 @@ TEST_CASE("an image shows a patch if it has all pixels that bilinear sampling re
 
 TEST_CASE("each pixel is owned by the image patch that differs least around it", "[core]") {
     AFTERGLOW_ON_EACH_INSTRUCTION_SET();
-    const Image<float> now = noise_image(3), then = noise_image(4);
+    const GreyImage now = noise_image(3), then = noise_image(4);
     Image<float> least(now.width(), now.height(), std::numeric_limits<float>::max());
     Image<std::int32_t> owners(now.width(), now.height(), -1);
     Image<float> expected_least = least;
@@ -137,7 +142,8 @@ TEST_CASE("each pixel is owned by the image patch that differs least around it",
             j = std::clamp(j, 0, side - 1);
             const float seen =
                 between(then, place.x() + static_cast<float>(i), place.y() + static_cast<float>(j));
-            return std::abs(brightness.gain * seen + brightness.offset - now(u + i, v + j));
+            return std::abs(brightness.gain * seen + brightness.offset -
+                            grey_at(now, u + i, v + j));
         };
         for (int j = 0; j < side; ++j)
             for (int i = 0; i < side; ++i) {

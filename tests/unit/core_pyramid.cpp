@@ -14,7 +14,7 @@ TEST_CASE("each pixel of an image pyramid is the exact mean of the pixels below 
     // Widths with and without a rest of a vector, an odd one, and views into wider images.
     for (const int width : {16, 37, 64, 90, 131, 640})
         for (const bool extreme : {false, true}) {
-            constexpr int height = 17, levels = 3;
+            constexpr int height = 33, levels = 4;
             Luma image(width + 5, height);
             for (std::uint8_t &pixel : image.pixels())
                 pixel =
@@ -23,7 +23,7 @@ TEST_CASE("each pixel of an image pyramid is the exact mean of the pixels below 
             Pyramid pyramid(width, height, levels);
             pyramid.build(view);
             for (int level = 1; level <= levels; ++level) {
-                const ImageView<const float> halved = pyramid.level(level);
+                const GreyView halved = pyramid.level(level);
                 const int size = 1 << level;
                 REQUIRE(halved.width() == width >> level);
                 REQUIRE(halved.height() == height >> level);
@@ -34,9 +34,40 @@ TEST_CASE("each pixel of an image pyramid is the exact mean of the pixels below 
                             for (int x = 0; x < size; ++x)
                                 sum += view(size * u + x, size * v + y);
                         CAPTURE(width, level, u, v);
-                        REQUIRE(halved(u, v) ==
-                                static_cast<float>(sum) / static_cast<float>(size * size));
+                        REQUIRE(halved(u, v) == sum * (grey_steps / (size * size)));
                     }
             }
         }
+}
+
+TEST_CASE("pixels of coarse pyramid levels are rounded means", "[core]") {
+    AFTERGLOW_ON_EACH_INSTRUCTION_SET();
+    constexpr int size = 64, levels = 6;
+    Luma image(3 * size, 2 * size);
+    std::mt19937 random(2);
+    for (std::uint8_t &pixel : image.pixels())
+        pixel = static_cast<std::uint8_t>(random() % 256);
+    Pyramid pyramid(image.width(), image.height(), levels);
+    pyramid.build(image);
+    const GreyView coarsest = pyramid.level(levels);
+    for (int v = 0; v < coarsest.height(); ++v)
+        for (int u = 0; u < coarsest.width(); ++u) {
+            double sum = 0;
+            for (int y = 0; y < size; ++y)
+                for (int x = 0; x < size; ++x)
+                    sum += image(size * u + x, size * v + y);
+            CAPTURE(u, v);
+            CHECK(coarsest(u, v) == Approx(grey_steps * sum / (size * size)).margin(2));
+        }
+}
+
+TEST_CASE("a white image is white on all levels of its pyramid", "[core]") {
+    AFTERGLOW_ON_EACH_INSTRUCTION_SET();
+    const Luma image(192, 128, 255);
+    Pyramid pyramid(image.width(), image.height(), 6);
+    pyramid.build(image);
+    for (int level = 1; level <= pyramid.levels(); ++level)
+        for (int v = 0; v < pyramid.level(level).height(); ++v)
+            for (int u = 0; u < pyramid.level(level).width(); ++u)
+                REQUIRE(pyramid.level(level)(u, v) == 255 * grey_steps);
 }

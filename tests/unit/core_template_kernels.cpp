@@ -20,9 +20,12 @@ TEST_CASE("the steepest gradient of each image column is found as pixel by pixel
     CAPTURE(width, height);
     // Few grey values: gradients are often equal, and often zero.
     std::uniform_int_distribution<int> grey(0, 3);
-    Image<float> image(width, height);
-    for (float &pixel : image.pixels())
-        pixel = 20.0f * static_cast<float>(grey(random));
+    GreyImage image(width, height);
+    for (Grey &pixel : image.pixels())
+        pixel = static_cast<Grey>(85 * grey_steps * grey(random));
+    const auto half_difference = [](Grey a, Grey b) {
+        return 0.5f * grey_step * static_cast<float>(a - b);
+    };
     for (int first = 1; first < height - 1; ++first)
         for (int end = first + 1; end < height; ++end) {
             std::vector<float> steepness(static_cast<std::size_t>(width), -1.0f);
@@ -34,8 +37,8 @@ TEST_CASE("the steepest gradient of each image column is found as pixel by pixel
                 float most = -1;
                 int at = -1;
                 for (int v = first; v < end; ++v) {
-                    const float gx = 0.5f * (image(u + 1, v) - image(u - 1, v));
-                    const float gy = 0.5f * (image(u, v + 1) - image(u, v - 1));
+                    const float gx = half_difference(image(u + 1, v), image(u - 1, v));
+                    const float gy = half_difference(image(u, v + 1), image(u, v - 1));
                     if (gx * gx + gy * gy > most) {
                         most = gx * gx + gy * gy;
                         at = v;
