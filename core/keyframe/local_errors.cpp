@@ -11,9 +11,13 @@ namespace {
 constexpr int least_pixels = 32;
 /// A cell is more wrong than modelled when its error is more than so many times the modelled one.
 constexpr double noticed = 2;
-/// Weight of the newest measurement in a cell's error rate; the earlier ones have the rest. It is
-/// larger for a measurement that finds the cell more wrong than expected.
-constexpr double weight_of_worse = 0.6, weight_of_better = 0.5;
+/// Weight of the newest measurement in a cell's error rate; the earlier ones have the rest. Of one
+/// that finds the cell more wrong than expected: the first where no neighbour is found wrong, the
+/// second where all are.
+constexpr float weight_of_worse = 0.4f, weight_of_worse_area = 1.0f;
+constexpr float weight_of_better = 0.5f;
+/// In found_: the measurement does not tell.
+constexpr float not_found = -1;
 
 } // namespace
 
@@ -21,6 +25,7 @@ LocalErrors::LocalErrors(const Intrinsics &camera)
     : camera_(camera),
       rate_then_(MotionMask::cells(camera.width), MotionMask::cells(camera.height)),
       rate_now_(rate_then_.width(), rate_then_.height()),
+      found_(rate_then_.width(), rate_then_.height()),
       expected_(rate_then_.width(), rate_then_.height()) {}
 
 void LocalErrors::predict(DepthView composed, const Pose &pose, int frames) {
@@ -46,19 +51,41 @@ void LocalErrors::predict(DepthView composed, const Pose &pose, int frames) {
 
 void LocalErrors::learn(ImageView<const ComparedErrors> compared, double elsewhere) {
     const double n = frames_;
-    for (int y = 0; y < rate_then_.height(); ++y)
-        for (int x = 0; x < rate_then_.width(); ++x) {
+    for (int y = 0; y < found_.height(); ++y)
+        for (int x = 0; x < found_.width(); ++x) {
             const ComparedErrors &cell = compared(x, y);
-            rate_then_(x, y) = rate_now_(x, y);
+            found_(x, y) = not_found;
             if (cell.pixels < least_pixels)
                 continue;
             const double t = cell.true_error(), e = cell.expected_error();
             const double modelled = std::max(e - expected_(x, y), 0.0) * std::max(elsewhere, 1.0);
-            const double found = t > noticed * modelled ? (t - modelled) / n : 0;
-            const double weight = found > rate_now_(x, y) ? weight_of_worse : weight_of_better;
-            rate_then_(x, y) =
-                static_cast<float>(rate_now_(x, y) + weight * (found - rate_now_(x, y)));
+            found_(x, y) = t > noticed * modelled ? static_cast<float>((t - modelled) / n) : 0;
         }
+    for (int y = 0; y < found_.height(); ++y)
+        for (int x = 0; x < found_.width(); ++x) {
+            const float found = found_(x, y), rate = rate_now_(x, y);
+            rate_then_(x, y) = rate;
+            if (found == not_found)
+                continue;
+            const float weight =
+                found > rate ? std::lerp(weight_of_worse, weight_of_worse_area, wrong_share(x, y))
+                             : weight_of_better;
+            rate_then_(x, y) += weight * (found - rate);
+        }
+}
+
+/// The share of a cell's up to eight neighbours, of those that are measured, that are found wrong.
+/// Things are larger than a cell; what is wrong by chance is not.
+float LocalErrors::wrong_share(int x, int y) const {
+    int wrong = 0, measured = 0;
+    for (int j = std::max(y - 1, 0); j <= std::min(y + 1, found_.height() - 1); ++j)
+        for (int i = std::max(x - 1, 0); i <= std::min(x + 1, found_.width() - 1); ++i) {
+            if (i == x && j == y)
+                continue;
+            measured += found_(i, j) != not_found;
+            wrong += found_(i, j) > 0;
+        }
+    return static_cast<float>(wrong) / static_cast<float>(std::max(measured, 1));
 }
 
 void LocalErrors::clear() {

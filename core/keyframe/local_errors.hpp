@@ -34,10 +34,10 @@ struct ComparedErrors {
 ///
 ///     t = e + r n,    r_k = r_(k-1) + w (q - r_(k-1)),    q = (t - e) / n where t > 2 e, else 0
 ///
-/// with w = 0.6 where the cell is found to be more wrong than thought, else 0.5. r, one frame's
-/// error, stays with the surface that the cell shows when the camera moves, and is halved by each
-/// measurement that finds nothing. Cells are those of MotionMask.
-/// Allocates when made; the calls are real-time safe.
+/// with w = 0.4 + 0.6 s where the cell is found to be more wrong than thought, else 0.5; s is the
+/// share of its neighbours with t > 2 e. r, one frame's error, stays with the surface that the cell
+/// shows when the camera moves, and is halved by each measurement that finds nothing. Cells are
+/// those of MotionMask. Allocates when made; the calls are real-time safe.
 class LocalErrors {
 public:
     static constexpr int cell_px = MotionMask::cell_px;
@@ -59,9 +59,12 @@ public:
     ImageView<const float> expected() const { return expected_; }
 
 private:
+    float wrong_share(int x, int y) const;
+
     Intrinsics camera_;
     Image<float> rate_then_; ///< r by cell of the last measured image
     Image<float> rate_now_;  ///< r by cell of the last image
+    Image<float> found_;     ///< q by cell, as the last measurement tells it
     Image<float> expected_;  ///< by cell of the last image
     int frames_ = 1;
 };
