@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "capture/frame_loop.hpp"
 
+#include <algorithm>
 #include <cassert>
+#include <cmath>
 
 namespace afterglow {
 namespace {
@@ -101,19 +103,19 @@ FrameResult FrameLoop::step(std::chrono::nanoseconds timeout) {
     if (result.capture != Capture::frame)
         return result;
 
-    const bool due = is_due();
+    const FrameSchedule frames = schedule();
     last_t_ns_ = color_.t_ns;
     result.luma = color_.luma;
     result.t_ns = color_.t_ns;
     result.sequence = color_.sequence;
-    pipeline_->want_depth(due);
+    pipeline_->want_depth(frames.now);
     pipeline_->want_confidence(confidence_wanted_);
     result.estimate = timed(result.estimation_time, [&]() -> const Estimate & {
         return pipeline_->track(color_.luma, color_.t_ns);
     });
-    if (due)
+    if (frames.now)
         estimated_ns_ = color_.t_ns;
-    const bool wanted = gate_.wants_light(result.estimate, tof_running_);
+    const bool wanted = gate_.wants_light(result.estimate, tof_running_, frames);
     result.reason = gate_.reason();
     result.budget_spent = gate_.budget_spent();
     if (wanted) {
@@ -127,15 +129,19 @@ FrameResult FrameLoop::step(std::chrono::nanoseconds timeout) {
     return result;
 }
 
-/// Whether the image that was just taken gets a depth map. The first after a measurement does: the
-/// gate compares later maps with it. Images that wait for a measurement do: a measured map is
-/// compared with theirs.
-bool FrameLoop::is_due() const {
-    if (!estimated_ns_ || rig_.illuminator->lit())
-        return true;
-    // The image that is nearest to the time.
-    const std::int64_t half_a_frame = (color_.t_ns - last_t_ns_.value_or(color_.t_ns)) / 2;
-    return color_.t_ns - *estimated_ns_ + half_a_frame >= depth_interval_.count();
+/// Whether the image that was just taken gets a depth map, and which does next. The first after a
+/// measurement does: the gate compares later maps with it. Images that wait for a measurement do: a
+/// measured map is compared with theirs. Of the others do those that are nearest to their time.
+FrameSchedule FrameLoop::schedule() const {
+    const double period = static_cast<double>(color_.t_ns - last_t_ns_.value_or(color_.t_ns));
+    const auto images = [&](std::int64_t from_ns) {
+        const auto left = static_cast<double>(from_ns + depth_interval_.count() - color_.t_ns);
+        return period > 0 ? static_cast<int>(std::ceil(left / period - 0.5)) : 1;
+    };
+    const int due_in = estimated_ns_ ? images(*estimated_ns_) : 0;
+    if (due_in > 0 && !rig_.illuminator->lit())
+        return {.now = false, .next_in = due_in};
+    return {.now = true, .next_in = std::max(images(color_.t_ns), 1)};
 }
 
 bool FrameLoop::is_trusted(FrameResult &result) {

@@ -78,7 +78,7 @@ public:
 
 private:
     bool is_trusted(FrameResult &result);
-    bool is_due() const;
+    FrameSchedule schedule() const;
     /// Lights the TOF camera and takes the measurement for the current image, if there is one.
     void measure(FrameResult &result);
     /// An illuminator that does not obey is a lost TOF camera: false, and `result` says so.

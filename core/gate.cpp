@@ -59,10 +59,14 @@ void Gate::restart() {
     budget_spent_ = false;
 }
 
-bool Gate::wants_light(const Estimate &estimate, bool ready) {
+bool Gate::wants_light(const Estimate &estimate, bool ready, const FrameSchedule &frames) {
     if (since_measurement_ >= 0)
         ++since_measurement_;
     last_mre_ = estimate.expected_mre + estimate.moved_mre;
+    if (frames.now) {
+        frame_at_ = since_measurement_;
+        frame_interval_ = frames.next_in;
+    }
     if (since_measurement_ == 1) {
         first_mre_ = last_mre_;
         first_coverage_ = estimate.relative_coverage;
@@ -75,7 +79,7 @@ bool Gate::wants_light(const Estimate &estimate, bool ready) {
     if (!ready || policy_.mode == GateMode::off)
         waited_ = -1;
     if (waited_ < 0)
-        reason_ = decide(estimate);
+        reason_ = decide(estimate, frames);
     budget_spent_ = waited_ < 0 && reason_ != GateReason::none && exhausted_;
     if (!ready || budget_spent_)
         reason_ = GateReason::none;
@@ -93,21 +97,20 @@ void Gate::measured() {
     if (!kept_)
         latency_ = std::max(waited_, 0);
     // The error of a map that was lost tells nothing of how errors grow.
-    if (since_measurement_ > 1 && !lost_) {
-        const double carried = std::max(first_mre_ - fresh_mre_, least_carried * first_mre_);
-        const double grown = std::max(last_mre_ - first_mre_, 0.0) / (since_measurement_ - 1);
-        growth_ = carried > 0 ? grown / carried : 0;
+    if (frame_at_ > 1 && !lost_) {
+        const double least = least_carried * first_mre_;
+        growth_ = first_mre_ > 0 ? growth_per_image() / std::max(carried(), least) : 0;
     }
     kept_images_ = kept_ ? kept_images_ + since_measurement_ : 0;
     kept_ = !exhausted_ && (policy_.mode == GateMode::always_on ||
                             (policy_.mode == GateMode::automatic && wakes_too_late()));
-    since_measurement_ = 0;
+    since_measurement_ = frame_at_ = 0;
     waited_ = -1;
     requested_ = false;
 }
 
 /// Why this image wants light, whatever the budget says.
-GateReason Gate::decide(const Estimate &estimate) const {
+GateReason Gate::decide(const Estimate &estimate, const FrameSchedule &frames) const {
     if (policy_.mode == GateMode::off)
         return GateReason::none;
     if (since_measurement_ < 0)
@@ -118,7 +121,7 @@ GateReason Gate::decide(const Estimate &estimate) const {
         return GateReason::error;
     switch (policy_.mode) {
     case GateMode::automatic:
-        return decide_automatic(estimate);
+        return decide_automatic(estimate, frames);
     case GateMode::always_on:
         return GateReason::always_on;
     case GateMode::interval:
@@ -130,7 +133,7 @@ GateReason Gate::decide(const Estimate &estimate) const {
     return GateReason::none;
 }
 
-GateReason Gate::decide_automatic(const Estimate &estimate) const {
+GateReason Gate::decide_automatic(const Estimate &estimate, const FrameSchedule &frames) const {
     const int arrival = since_measurement_ + latency_;
     if (arrival < policy_.shortest_interval_frames)
         return GateReason::none;
@@ -138,7 +141,7 @@ GateReason Gate::decide_automatic(const Estimate &estimate) const {
         return GateReason::lost;
     if (arrival >= policy_.longest_interval_frames || too_old(estimate))
         return GateReason::age;
-    return judge_map(estimate);
+    return judge_map(estimate, frames);
 }
 
 /// Whether the map would be older than allowed by the time a measurement could arrive.
@@ -155,21 +158,40 @@ double Gate::excess_of(double mre) const {
     return std::max(mre * mre - first_mre_ * first_mre_, 0.0);
 }
 
+/// What carrying a map for one image has added to a fresh one's error, percent.
+double Gate::carried() const {
+    return std::max(first_mre_ - fresh_mre_, 0.0);
+}
+
+/// By how much the error grows from image to image, percent: as it has since the first map after
+/// the measurement, or, where no other has been made, as with the measurement before.
+double Gate::growth_per_image() const {
+    return frame_at_ > 1 ? std::max(last_mre_ - first_mre_, 0.0) / (frame_at_ - 1)
+                         : growth_ * carried();
+}
+
 /// Whether the map will be too wrong or too small by the time a measurement could arrive: error and
 /// coverage are expected to go on as they went since the last measurement.
-GateReason Gate::judge_map(const Estimate &estimate) const {
+GateReason Gate::judge_map(const Estimate &estimate, const FrameSchedule &frames) const {
     if (estimate.expected_mre < 0)
         return GateReason::none;
-    const double ahead = since_measurement_ > 1
-                             ? static_cast<double>(latency_) / (since_measurement_ - 1)
-                             : 0.0; // in units of the time since the first estimate
-    const double mre = last_mre_ + ahead * std::max(last_mre_ - first_mre_, 0.0);
-    const double coverage = estimate.relative_coverage -
-                            ahead * std::max(first_coverage_ - estimate.relative_coverage, 0.0);
+    // Between frames that are further apart than waking takes, light is asked for when a
+    // measurement would come with the next one. A frame that is too wrong already does not wait.
+    const bool in_time =
+        frames.now ? latency_ == 0 || frames.next_in <= latency_ : frames.next_in == latency_;
+    if (!frames.now && !in_time)
+        return GateReason::none;
+    const int ahead = in_time ? since_measurement_ - frame_at_ + latency_ : 0;
+    const double mre = last_mre_ + ahead * growth_per_image();
+    const double lost =
+        frame_at_ > 1
+            ? std::max(first_coverage_ - estimate.relative_coverage, 0.0) / (frame_at_ - 1)
+            : 0.0;
+    const double coverage = estimate.relative_coverage - ahead * lost;
     const bool helps = estimate.fresh_mre < policy_.worthwhile / 100 * mre;
     if (mre > policy_.target_mre && helps)
         return GateReason::error;
-    if (pays_off(last_mre_, mre))
+    if (in_time && pays_off(last_mre_, mre))
         return GateReason::saving;
     return coverage < policy_.coverage_floor ? GateReason::coverage : GateReason::none;
 }
@@ -186,13 +208,13 @@ bool Gate::pays_off(double mre, double mre_at_arrival) const {
 
 /// Whether the next map would be too wrong by the time that a TOF camera which goes dark now could
 /// measure again. A map's error is expected to grow as the last one's that was carried in the dark;
-/// less, if carrying it for one image adds less.
+/// less, if carrying it for one image adds less. It wakes in time if no other frame than the first
+/// is due until then.
 bool Gate::wakes_too_late() const {
-    if (latency_ == 0 || policy_.shortest_interval_frames > 1 ||
+    if (latency_ <= frame_interval_ || policy_.shortest_interval_frames > 1 ||
         kept_images_ >= longest_kept * latency_)
         return false;
-    const double carried = std::max(first_mre_ - fresh_mre_, 0.0);
-    const double mre = first_mre_ + latency_ * growth_ * carried;
+    const double mre = first_mre_ + latency_ * growth_ * carried();
     return mre > policy_.target_mre && fresh_mre_ < policy_.worthwhile / 100 * mre;
 }
 

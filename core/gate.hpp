@@ -63,6 +63,12 @@ struct GatePolicy {
     bool operator==(const GatePolicy &) const = default;
 };
 
+/// Which images have a depth map: not all need one (FrameLoop::want_depth_every()).
+struct FrameSchedule {
+    bool now = true; ///< this image has one, of which its estimate tells the error
+    int next_in = 1; ///< images from this one to the next that will have one
+};
+
 /// Decides for each image whether the illuminator should be lit.
 ///
 /// A preset that predicts its error is lit when the error or the coverage expected *at the time a
@@ -85,7 +91,7 @@ public:
     /// Called once for each image, with its estimate; `ready`: the TOF camera could be lit. Once
     /// it has asked for light it goes on asking until measured() is called, so that a TOF camera
     /// slow to wake is waited for.
-    bool wants_light(const Estimate &estimate, bool ready = true);
+    bool wants_light(const Estimate &estimate, bool ready = true, const FrameSchedule &frames = {});
     /// Why the last image wanted light.
     GateReason reason() const { return reason_; }
     /// The last image wanted light, and the budget did not allow it.
@@ -98,16 +104,20 @@ public:
     int wake_latency_frames() const { return latency_; }
 
 private:
-    GateReason decide(const Estimate &estimate) const;
-    GateReason decide_automatic(const Estimate &estimate) const;
+    GateReason decide(const Estimate &estimate, const FrameSchedule &frames) const;
+    GateReason decide_automatic(const Estimate &estimate, const FrameSchedule &frames) const;
+    double carried() const;
+    double growth_per_image() const;
     double excess_of(double mre) const;
-    GateReason judge_map(const Estimate &estimate) const;
+    GateReason judge_map(const Estimate &estimate, const FrameSchedule &frames) const;
     bool too_old(const Estimate &estimate) const;
     bool pays_off(double mre, double mre_at_arrival) const;
     bool wakes_too_late() const;
 
     GatePolicy policy_;
     int since_measurement_ = -1; ///< images; -1: never measured
+    int frame_at_ = 0;           ///< since_measurement_ of the last image with a depth map
+    int frame_interval_ = 1;     ///< images from that one to the next that was to have one
     int waited_ = -1;            ///< images since the light was asked for; -1: it was not
     int latency_ = 0;
     bool kept_ = false;   ///< the light was to stay on after the last measurement, and did

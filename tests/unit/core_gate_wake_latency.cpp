@@ -53,18 +53,41 @@ namespace {
 
 /// Of a gate whose light takes `latency` images to wake, and whose map becomes worse by 0.5 % an
 /// image, from 1 % on: it has seen that once, and the next measurement has just arrived. A fresh
-/// map is expected to be wrong by `fresh`, percent.
-Gate gate_after_a_cycle(GatePolicy policy, int latency, double fresh = 0.2) {
+/// map is expected to be wrong by `fresh`, percent. Frames are `interval` images apart, but for
+/// those that wait.
+Gate gate_after_a_cycle(GatePolicy policy, int latency, double fresh = 0.2, int interval = 1) {
     policy.measurement_price = 0;
     Gate gate = measured_gate(policy, latency);
     int k = 0;
-    const auto worse = [&] { return expecting(0.5 + 0.5 * ++k, 100, fresh); };
-    while (!gate.wants_light(worse()))
+    const auto lights = [&] {
+        ++k;
+        const int after = (k - 1) % interval; // the last frame
+        return gate.wants_light(expecting(0.5 + 0.5 * (k - after), 100, fresh), true,
+                                {.now = after == 0, .next_in = interval - after});
+    };
+    while (!lights())
         REQUIRE(k < 100);
     for (int i = 0; i < latency; ++i)
-        REQUIRE(gate.wants_light(worse()));
+        REQUIRE(gate.wants_light(expecting(0.5 + 0.5 * ++k, 100, fresh), true,
+                                 {.now = true, .next_in = interval}));
     gate.measured();
     return gate;
+}
+
+/// The first image of 40 after a measurement that wants light, and why, when frames are `interval`
+/// images apart and become worse by 0.5 % an image, from 1 % on.
+struct Asked {
+    int image = 0;
+    GateReason reason = GateReason::none;
+};
+Asked ask_between_frames(Gate gate, int interval) {
+    for (int k = 1; k <= 40; ++k) {
+        const int after = (k - 1) % interval;
+        if (gate.wants_light(expecting(0.5 + 0.5 * (k - after), 100, 0.2), true,
+                             {.now = after == 0, .next_in = interval - after}))
+            return {k, gate.reason()};
+    }
+    return {};
 }
 
 } // namespace
@@ -106,7 +129,76 @@ TEST_CASE("a light that is kept on goes out now and then, to see how the error g
     }
     CHECK(kept > 20);
     CHECK(kept < 30);
+    // A map is carried while the light wakes up again: its error hardly grows any more.
+    for (int i = 0; i <= 3; ++i)
+        CHECK(gate.wants_light(expecting(1 + 0.1 * i, 100, 0.2)));
+    gate.measured();
+    CHECK_FALSE(gate.keeps_light());
     CHECK_FALSE(gate.wants_light(expecting(1, 100, 0.2)));
+}
+
+TEST_CASE("right after a measurement the gate expects the error to grow as before it", "[core]") {
+    Gate gate = gate_after_a_cycle({.target_mre = 2.6}, 3);
+    REQUIRE_FALSE(gate.keeps_light()); // 1 + 3 x 0.5 %
+    SECTION("more where carrying the map has added more") {
+        // 1.2 + 3 x 0.5 x (1.2 - 0.2) / (1 - 0.2) %
+        CHECK(gate.wants_light(expecting(1.2, 100, 0.2)));
+        CHECK(gate.reason() == GateReason::error);
+    }
+    SECTION("until a second map shows how it grows now") {
+        CHECK_FALSE(gate.wants_light(expecting(1, 100, 0.2)));
+        CHECK_FALSE(gate.wants_light(expecting(1.3, 100, 0.2)));
+        CHECK(gate.wants_light(expecting(1.9, 100, 0.2)));
+    }
+}
+
+TEST_CASE("between distant frames the gate asks so that a measurement comes with a frame",
+          "[core]") {
+    constexpr int latency = 3;
+    SECTION("with the next one, if that would miss the target") {
+        // Frames: image 1, of 1 %, and image 9, of 5 %.
+        const Asked asked = ask_between_frames(gate_after_a_cycle({.target_mre = 3}, latency), 8);
+        CHECK(asked.image == 9 - latency);
+        CHECK(asked.reason == GateReason::error);
+    }
+    SECTION("else with the one after it") {
+        const Asked asked = ask_between_frames(gate_after_a_cycle({.target_mre = 6}, latency), 8);
+        CHECK(asked.image == 17 - latency);
+    }
+    SECTION("or where that saves more than it costs") {
+        Gate gate = gate_after_a_cycle({.target_mre = 6}, latency);
+        gate.set_policy({.target_mre = 6, .measurement_price = 1.4});
+        const Asked asked = ask_between_frames(gate, 8);
+        CHECK(asked.image == 9 - latency); // 9 x (5^2 - 1^2) > 1.4 x 6^2
+        CHECK(asked.reason == GateReason::saving);
+    }
+    SECTION("but does not wait when a frame has missed it already") {
+        Gate gate = gate_after_a_cycle({.target_mre = 6}, latency);
+        CHECK_FALSE(gate.wants_light(expecting(1, 100, 0.2), true, {.next_in = 8}));
+        CHECK(gate.wants_light(expecting(7, 100, 0.2), true, {.next_in = 8}));
+    }
+    SECTION("and does not wait when the motion is lost") {
+        Gate gate = gate_after_a_cycle({.target_mre = 6}, latency);
+        CHECK(gate.wants_light(bad, true, {.now = false, .next_in = 7}));
+    }
+}
+
+TEST_CASE("where frames are nearer than waking takes, the gate looks ahead with each", "[core]") {
+    // Image 3 is wrong by 2 %, and would be by 3.5 % when a measurement arrives.
+    const Asked asked = ask_between_frames(gate_after_a_cycle({.target_mre = 3.2}, 3), 2);
+    CHECK(asked.image == 3);
+    CHECK(asked.reason == GateReason::error);
+}
+
+TEST_CASE("a quick TOF camera is lit for frames only", "[core]") {
+    const Asked asked = ask_between_frames(gate_after_a_cycle({.target_mre = 3}, 0), 8);
+    CHECK(asked.image == 9);
+}
+
+TEST_CASE("a camera that wakes before the next frame but one goes dark", "[core]") {
+    CHECK(gate_after_a_cycle({.target_mre = 2.4}, 3, 0.2, 2).keeps_light());
+    CHECK_FALSE(gate_after_a_cycle({.target_mre = 2.4}, 3, 0.2, 3).keeps_light());
+    CHECK_FALSE(gate_after_a_cycle({.target_mre = 2.4}, 3, 0.2, 10).keeps_light());
 }
 
 TEST_CASE("a lost view does not keep the light on afterwards", "[core]") {
