@@ -48,7 +48,7 @@ void FrameLoop::set_geometry(const RigGeometry &geometry) {
     geometry_ = geometry;
     pipeline_ = make_(geometry_);
     earlier_worlds_ = last_world_;
-    estimated_ns_.reset();
+    due_ns_.reset();
     gate_.restart();
 }
 
@@ -68,7 +68,7 @@ Status FrameLoop::start_color() {
     gate_.restart();
     pipeline_->restart();
     last_t_ns_.reset();
-    estimated_ns_.reset();
+    due_ns_.reset();
     return ok();
 }
 
@@ -103,19 +103,23 @@ FrameResult FrameLoop::step(std::chrono::nanoseconds timeout) {
     if (result.capture != Capture::frame)
         return result;
 
-    const FrameSchedule frames = schedule();
+    const int due_in = this->due_in();
+    const int interval = std::max(images_until(color_.t_ns + depth_interval_.count()), 1);
+    // A measurement is compared with a map of its image, and any of those that wait may be that.
+    const bool drawn = due_in == 0 || rig_.illuminator->lit();
     last_t_ns_ = color_.t_ns;
     result.luma = color_.luma;
     result.t_ns = color_.t_ns;
     result.sequence = color_.sequence;
-    pipeline_->want_depth(frames.now);
+    pipeline_->want_depth(drawn);
     pipeline_->want_confidence(confidence_wanted_);
     result.estimate = timed(result.estimation_time, [&]() -> const Estimate & {
         return pipeline_->track(color_.luma, color_.t_ns);
     });
-    if (frames.now)
-        estimated_ns_ = color_.t_ns;
-    const bool wanted = gate_.wants_light(result.estimate, tof_running_, frames);
+    if (due_in == 0)
+        due_ns_ = color_.t_ns;
+    const bool wanted = gate_.wants_light(result.estimate, tof_running_,
+                                          {.now = drawn, .next_in = drawn ? interval : due_in});
     result.reason = gate_.reason();
     result.budget_spent = gate_.budget_spent();
     if (wanted) {
@@ -124,24 +128,27 @@ FrameResult FrameLoop::step(std::chrono::nanoseconds timeout) {
         set_light(false, result);
         result.lit = rig_.illuminator->was_lit(color_.t_ns);
     }
+    if (due_in > 0 && result.estimate.source != FrameSource::measured) {
+        result.estimate.depth = {};
+        result.estimate.confidence = {};
+    }
     if (result.estimate.world > 0)
         result.estimate.world = last_world_ = earlier_worlds_ + result.estimate.world;
     return result;
 }
 
-/// Whether the image that was just taken gets a depth map, and which does next. The first after a
-/// measurement does: the gate compares later maps with it. Images that wait for a measurement do: a
-/// measured map is compared with theirs. Of the others do those that are nearest to their time.
-FrameSchedule FrameLoop::schedule() const {
+/// Images from the one that was just taken to the first that is due: 0 if that is. Due is the first
+/// image after a measurement, because the gate compares later maps with its, and then the images
+/// that are nearest to their time.
+int FrameLoop::due_in() const {
+    return due_ns_ ? std::max(images_until(*due_ns_ + depth_interval_.count()), 0) : 0;
+}
+
+/// Images from the one that was just taken to the one that is nearest to a time; may be negative.
+int FrameLoop::images_until(std::int64_t t_ns) const {
     const double period = static_cast<double>(color_.t_ns - last_t_ns_.value_or(color_.t_ns));
-    const auto images = [&](std::int64_t from_ns) {
-        const auto left = static_cast<double>(from_ns + depth_interval_.count() - color_.t_ns);
-        return period > 0 ? static_cast<int>(std::ceil(left / period - 0.5)) : 1;
-    };
-    const int due_in = estimated_ns_ ? images(*estimated_ns_) : 0;
-    if (due_in > 0 && !rig_.illuminator->lit())
-        return {.now = false, .next_in = due_in};
-    return {.now = true, .next_in = std::max(images(color_.t_ns), 1)};
+    const auto left = static_cast<double>(t_ns - color_.t_ns);
+    return period > 0 ? static_cast<int>(std::ceil(left / period - 0.5)) : 0;
 }
 
 bool FrameLoop::is_trusted(FrameResult &result) {
@@ -185,7 +192,7 @@ void FrameLoop::measure(FrameResult &result) {
         return pipeline_->measure(measurement);
     });
     gate_.measured();
-    estimated_ns_.reset();
+    due_ns_.reset();
     // Going dark now and not at the next image saves a frame of light; a camera that measures
     // every frame would only be made to wake again.
     set_light(gate_.keeps_light(), result);

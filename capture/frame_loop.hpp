@@ -72,13 +72,13 @@ public:
     void want_confidence(bool wanted) { confidence_wanted_ = wanted; }
     /// The longest time between two images with a depth map; 0: every image has one. The images
     /// between them are tracked, and their FrameResult::estimate has no map. An image that is
-    /// measured, the image after it, and images that wait for a measurement always have one; the
-    /// image that asks for light need not.
+    /// measured and the image after it always have one.
     void want_depth_every(std::chrono::nanoseconds interval) { depth_interval_ = interval; }
 
 private:
     bool is_trusted(FrameResult &result);
-    FrameSchedule schedule() const;
+    int due_in() const;
+    int images_until(std::int64_t t_ns) const;
     /// Lights the TOF camera and takes the measurement for the current image, if there is one.
     void measure(FrameResult &result);
     /// An illuminator that does not obey is a lost TOF camera: false, and `result` says so.
@@ -96,8 +96,8 @@ private:
     ColorFrame color_;
     std::optional<std::int64_t> last_t_ns_;
     std::chrono::nanoseconds depth_interval_{0};
-    std::optional<std::int64_t> estimated_ns_; ///< of the last image that has an estimated map
-    std::optional<std::int64_t> asked_ns_;     ///< capture time of the image that asked for light
+    std::optional<std::int64_t> due_ns_;   ///< of the last image that was due; none: the next is
+    std::optional<std::int64_t> asked_ns_; ///< capture time of the image that asked for light
     std::string light_problem_;
     bool tof_running_ = false;
 };
