@@ -148,12 +148,17 @@ TEST_CASE("the capture session counts images without a frame, and those of them 
     fixture.orders.measurements = 1;
     fixture.turn(); // asks for light; no frame is due
     CHECK_FALSE(fixture.last_event());
+    for (int k = 0; k < 3; ++k) {
+        fixture.turn(); // waits for the measurement; no frame is due
+        CHECK_FALSE(fixture.last_event());
+    }
     fixture.turn();
     const auto lit = fixture.last_event();
     REQUIRE(lit);
     CHECK(lit->frame.emitter == AFTERGLOW_EMITTER_ON);
-    CHECK(lit->skipped == 2);
-    CHECK(lit->skipped_lit == 1);
+    CHECK(lit->frame.sequence == 13);
+    CHECK(lit->skipped == 5);
+    CHECK(lit->skipped_lit == 4);
 }
 
 TEST_CASE("a frame without depth names no measurement") {
