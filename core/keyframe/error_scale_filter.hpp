@@ -2,8 +2,7 @@
 #pragma once
 
 #include "core/keyframe/expected_error.hpp"
-
-#include <Eigen/Core>
+#include "core/keyframe/log_factors.hpp"
 
 namespace afterglow {
 
@@ -17,14 +16,12 @@ namespace afterglow {
 ///     ln R = ln(f e_0) + noise
 ///     ln t = ln hypot(f e_0, g c) + noise
 ///
-/// (ln f, ln g) is the state of an extended Kalman filter, which starts at 0 with a wide prior. It
-/// drifts from reading to reading, so that old readings count less; it never becomes less certain
-/// than before the first one. Real-time safe; one thread.
+/// (ln f, ln g) is the state of an extended Kalman filter. It drifts from reading to reading.
+/// Real-time safe; one thread.
 class ErrorScaleFilter {
 public:
     /// All errors in one unit, those modelled without scales(). A reading with an error that is not
-    /// positive and finite is left out. One reading moves the state as if it were off by 1.5 of its
-    /// standard deviations at most.
+    /// positive and finite is left out.
 
     /// R = `error`, e_0 = `fresh`.
     void learn_fresh(double error, double fresh);
@@ -35,14 +32,7 @@ public:
     ErrorScales scales() const;
 
 private:
-    void drift(int part);
-    /// `surprise`: of a reading, less its expectation; `gradient`: of the expectation;
-    /// `deviation`: of the noise.
-    void learn(double surprise, const Eigen::Vector2d &gradient, double deviation);
-
-    static constexpr double prior = 0.8; ///< standard deviation
-    Eigen::Vector2d m_ = Eigen::Vector2d::Zero();
-    Eigen::Matrix2d covariance_ = prior * prior * Eigen::Matrix2d::Identity();
+    LogFactors<2> factors_{0.8};
 };
 
 } // namespace afterglow

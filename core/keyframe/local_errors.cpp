@@ -14,10 +14,19 @@ constexpr double noticed = 2;
 /// Weight of the newest measurement in a cell's error rate; the earlier ones have the rest. Of one
 /// that finds the cell more wrong than expected: the first where no neighbour is found wrong, the
 /// second where all are.
-constexpr float weight_of_worse = 0.4f, weight_of_worse_area = 1.0f;
+constexpr float weight_of_worse = 0.6f, weight_of_worse_area = 1.0f;
 constexpr float weight_of_better = 0.5f;
 /// In found_: the measurement does not tell.
 constexpr float not_found = -1;
+/// Of the factor's logarithm from one measurement to the next, and of what a measurement tells of
+/// it: standard deviations.
+constexpr double factor_drift = 0.3, factor_noise = 0.9;
+
+/// What was expected of a cell besides its local error; as much more as it was elsewhere.
+double modelled_error(const ComparedErrors &cell, float local, double elsewhere) {
+    return std::max(cell.expected_error() - static_cast<double>(local), 0.0) *
+           std::max(elsewhere, 1.0);
+}
 
 } // namespace
 
@@ -31,6 +40,7 @@ LocalErrors::LocalErrors(const Intrinsics &camera)
 void LocalErrors::predict(DepthView composed, const Pose &pose, int frames) {
     frames_ = frames;
     const Pose back = pose.inverse();
+    const auto factor = static_cast<float>(factor_.mean(0));
     for (int y = 0; y < rate_then_.height(); ++y)
         for (int x = 0; x < rate_then_.width(); ++x) {
             const int u = std::min(x * cell_px + cell_px / 2, camera_.width - 1);
@@ -45,11 +55,12 @@ void LocalErrors::predict(DepthView composed, const Pose &pose, int frames) {
                                       static_cast<int>(p.y()) / cell_px);
             }
             rate_now_(x, y) = rate;
-            expected_(x, y) = rate * static_cast<float>(frames);
+            expected_(x, y) = factor * rate * static_cast<float>(frames);
         }
 }
 
 void LocalErrors::learn(ImageView<const ComparedErrors> compared, double elsewhere) {
+    learn_factor(compared, elsewhere);
     const double n = frames_;
     for (int y = 0; y < found_.height(); ++y)
         for (int x = 0; x < found_.width(); ++x) {
@@ -57,9 +68,9 @@ void LocalErrors::learn(ImageView<const ComparedErrors> compared, double elsewhe
             found_(x, y) = not_found;
             if (cell.pixels < least_pixels)
                 continue;
-            const double t = cell.true_error(), e = cell.expected_error();
-            const double modelled = std::max(e - expected_(x, y), 0.0) * std::max(elsewhere, 1.0);
-            found_(x, y) = t > noticed * modelled ? static_cast<float>((t - modelled) / n) : 0;
+            const double t = cell.true_error();
+            const double e = modelled_error(cell, expected_(x, y), elsewhere);
+            found_(x, y) = t > noticed * e ? static_cast<float>((t - e) / n) : 0;
         }
     for (int y = 0; y < found_.height(); ++y)
         for (int x = 0; x < found_.width(); ++x) {
@@ -72,6 +83,26 @@ void LocalErrors::learn(ImageView<const ComparedErrors> compared, double elsewhe
                              : weight_of_better;
             rate_then_(x, y) += weight * (found - rate);
         }
+}
+
+/// From the cells of which most of the error was expected to be local.
+void LocalErrors::learn_factor(ImageView<const ComparedErrors> compared, double elsewhere) {
+    double truth = 0, expected = 0, expected_local = 0; // sums over pixels
+    for (int y = 0; y < expected_.height(); ++y)
+        for (int x = 0; x < expected_.width(); ++x) {
+            const ComparedErrors &cell = compared(x, y);
+            const double local = static_cast<double>(expected_(x, y)) * cell.pixels;
+            if (cell.pixels < least_pixels || 2 * local <= cell.expected_sum)
+                continue;
+            truth += cell.true_sum;
+            expected_local += local;
+            expected += local + modelled_error(cell, expected_(x, y), elsewhere) * cell.pixels;
+        }
+    if (!(truth > 0 && expected_local > 0))
+        return;
+    factor_.drift(0, factor_drift);
+    factor_.learn(std::log(truth / expected), LogFactors<1>::Vector(expected_local / expected),
+                  factor_noise);
 }
 
 /// The share of a cell's up to eight neighbours, of those that are measured, that are found wrong.

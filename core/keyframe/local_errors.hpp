@@ -4,6 +4,7 @@
 #include "core/base/camera.hpp"
 #include "core/base/image.hpp"
 #include "core/base/rigid_motion.hpp"
+#include "core/keyframe/log_factors.hpp"
 #include "core/keyframe/motion_mask.hpp"
 
 namespace afterglow {
@@ -32,12 +33,13 @@ struct ComparedErrors {
 /// the last measurement. With t the true and e the modelled mean relative error of the cell (as
 /// much more as it is elsewhere),
 ///
-///     t = e + r n,    r_k = r_(k-1) + w (q - r_(k-1)),    q = (t - e) / n where t > 2 e, else 0
+///     t = e + l r n,    r_k = r_(k-1) + w (q - r_(k-1)),    q = (t - e) / n where t > 2 e, else 0
 ///
-/// with w = 0.4 + 0.6 s where the cell is found to be more wrong than thought, else 0.5; s is the
-/// share of its neighbours with t > 2 e. r, one frame's error, stays with the surface that the cell
-/// shows when the camera moves, and is halved by each measurement that finds nothing. Cells are
-/// those of MotionMask. Allocates when made; the calls are real-time safe.
+/// with one factor l of all cells, and with w = 0.6 + 0.4 s where the cell is found to be more
+/// wrong than thought, else 0.5; s is the share of its neighbours with t > 2 e. r, one frame's
+/// error, stays with the surface that the cell shows when the camera moves, and is halved by each
+/// measurement that finds nothing. Cells are those of MotionMask. Allocates when made; the calls
+/// are real-time safe.
 class LocalErrors {
 public:
     static constexpr int cell_px = MotionMask::cell_px;
@@ -55,10 +57,14 @@ public:
     /// Forgets all cells, as after a jump of the camera.
     void clear();
 
-    /// r n of each cell, relative.
+    /// l, as measurements have told it of cells most of whose error was expected to be local: small
+    /// where cells are found wrong by chance. Its mean, which is more than 1 at first.
+    double factor() const { return factor_.mean(0); }
+    /// l r n of each cell, relative.
     ImageView<const float> expected() const { return expected_; }
 
 private:
+    void learn_factor(ImageView<const ComparedErrors> compared, double elsewhere);
     float wrong_share(int x, int y) const;
 
     Intrinsics camera_;
@@ -67,6 +73,7 @@ private:
     Image<float> found_;     ///< q by cell, as the last measurement tells it
     Image<float> expected_;  ///< by cell of the last image
     int frames_ = 1;
+    LogFactors<1> factor_{0.5};
 };
 
 } // namespace afterglow

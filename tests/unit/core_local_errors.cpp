@@ -40,6 +40,11 @@ struct Wall {
         compared(3, 2).true_sum = 200 * true_error;
         errors.learn(compared, 1);
     }
+    /// The same, where what is expected of the cell had been announced beside the modelled 1 %.
+    void measure_announced(int frames, double true_error) {
+        compared(3, 2).expected_sum = 200 * (0.01 + expected(frames));
+        measure(frames, true_error);
+    }
     /// What is expected of that cell, `frames` after the last measurement.
     float expected(int frames = 1) {
         predict(frames);
@@ -85,8 +90,8 @@ TEST_CASE("local errors are expected of no cell before a measurement", "[core]")
 TEST_CASE("a local error grows with the frames since the last measurement", "[core]") {
     Wall wall;
     wall.measure(4, 0.05);
-    // 0.4 of what was found beyond the modelled 1 %, shared among 4 frames.
-    const double rate = 0.4 * (0.05 - 0.01) / 4;
+    // 0.6 of what was found beyond the modelled 1 %, shared among 4 frames.
+    const double rate = wall.errors.factor() * 0.6 * (0.05 - 0.01) / 4;
     for (const int frames : {1, 4, 9}) {
         CHECK(wall.expected(frames) == Approx(frames * rate));
         CHECK(wall.errors.expected()(4, 2) == 0);
@@ -101,14 +106,14 @@ TEST_CASE("a local error is believed sooner where neighbours have it, too", "[co
     SECTION("one of eight") {
         find(4, 3);
         wall.errors.learn(wall.compared, 1);
-        CHECK(wall.expected() == Approx((0.4 + 0.6 / 8) * 0.04));
+        CHECK(wall.expected() == Approx(wall.errors.factor() * (0.6 + 0.4 / 8) * 0.04));
     }
     SECTION("all of them") {
         for (const int x : {2, 3, 4})
             for (const int y : {1, 2, 3})
                 find(x, y);
         wall.errors.learn(wall.compared, 1);
-        CHECK(wall.expected() == Approx(0.04));
+        CHECK(wall.expected() == Approx(wall.errors.factor() * 0.04));
     }
     SECTION("one of the three that are measured") {
         for (const int x : {2, 3, 4})
@@ -117,14 +122,15 @@ TEST_CASE("a local error is believed sooner where neighbours have it, too", "[co
         wall.compared(2, 1).pixels = 200;
         find(2, 2);
         wall.errors.learn(wall.compared, 1);
-        CHECK(wall.expected() == Approx((0.4 + 0.6 / 3) * 0.04));
+        CHECK(wall.expected() == Approx(wall.errors.factor() * (0.6 + 0.4 / 3) * 0.04));
     }
     SECTION("in a corner") {
         find(0, 0);
         find(1, 0);
         wall.errors.learn(wall.compared, 1);
         wall.predict(1);
-        CHECK(wall.errors.expected()(0, 0) == Approx((0.4 + 0.6 / 3) * 0.04));
+        CHECK(wall.errors.expected()(0, 0) ==
+              Approx(wall.errors.factor() * (0.6 + 0.4 / 3) * 0.04));
     }
 }
 
@@ -157,11 +163,37 @@ TEST_CASE("a cell that is as wrong as all others has no local error", "[core]") 
 
 TEST_CASE("a local error that stays is not counted twice", "[core]") {
     Wall wall;
-    for (int k = 0; k < 40; ++k) {
-        wall.compared(3, 2).expected_sum = 200 * (0.01f + wall.expected(2));
-        wall.measure(2, 0.05);
-    }
-    CHECK((0.01f + wall.expected(2)) == Approx(0.05));
+    CHECK(wall.errors.factor() > 1);
+    for (int k = 0; k < 40; ++k)
+        wall.measure_announced(2, 0.05);
+    CHECK((0.01 + wall.expected(2) / wall.errors.factor()) == Approx(0.05));
+    // Still uncertain, it is more than 1 in the mean.
+    CHECK(wall.errors.factor() > 1);
+    CHECK(wall.errors.factor() < 1.1);
+}
+
+TEST_CASE("cells that are found wrong by chance are believed less", "[core]") {
+    Wall wall;
+    for (int k = 0; k < 40; ++k)
+        wall.measure_announced(1, k % 4 == 0 ? 0.05 : 0.01);
+    CHECK(wall.errors.factor() < 0.8);
+    CHECK(wall.errors.factor() > 0.25); // one measurement in four finds it
+}
+
+TEST_CASE("what is worse than it was when it was found is believed more", "[core]") {
+    Wall wall;
+    double error = 0.02;
+    for (int k = 0; k < 12; ++k, error *= 1.5)
+        wall.measure_announced(1, error);
+    CHECK(wall.errors.factor() > 1.2);
+}
+
+TEST_CASE("a measurement without an error says nothing of how much cells are believed", "[core]") {
+    Wall wall;
+    wall.measure(1, 0.05);
+    const double factor = wall.errors.factor();
+    wall.measure_announced(1, 0);
+    CHECK(wall.errors.factor() == factor);
 }
 
 TEST_CASE("a local error stays as it was where a measurement has no depth", "[core]") {
@@ -178,7 +210,7 @@ TEST_CASE("a local error stays with its surface when the camera moves", "[core]"
     wall.measure(1, 0.05);
     wall.predict(1, moved(0.64, 0)); // two cells to the right
     CHECK(wall.errors.expected()(3, 2) == 0);
-    CHECK(wall.errors.expected()(5, 2) == Approx(0.016));
+    CHECK(wall.errors.expected()(5, 2) == Approx(wall.errors.factor() * 0.024));
     SECTION("and out of the view") {
         wall.predict(1, moved(-2, 0));
         CHECK(wall.most_expected() == 0);
