@@ -81,39 +81,20 @@ public:
         c_ = hn::Set(d, per_step * (1 - right) * down);
         e_ = hn::Set(d, per_step * right * down);
     }
-    /// A row of the image, in steps: each vector with the one that begins a pixel to the right.
-    struct Row {
-        std::array<hn::Vec<D>, side / lanes> left, right;
-    };
-    HWY_INLINE Row row(int j) const {
-        const Grey *const first = image_.row(v_ + j) + u_;
-        Row row;
-        for (std::size_t k = 0; k < row.left.size(); ++k) {
-            const Grey *const at = first + k * lanes;
-            row.left[k] = hn::ConvertTo(D(), steps_at(at));
-            row.right[k] = hn::ConvertTo(D(), steps_at(at + 1));
-        }
-        return row;
-    }
-    /// Vector k of what lies between two rows.
-    HWY_INLINE hn::Vec<D> between(const Row &upper, const Row &lower, std::size_t k) const {
-        const auto above = hn::MulAdd(b_, upper.right[k], hn::Mul(a_, upper.left[k]));
-        const auto below = hn::MulAdd(e_, lower.right[k], hn::Mul(c_, lower.left[k]));
+    /// Of the four that begin in row j and column i.
+    HWY_INLINE hn::Vec<D> at(int i, int j) const {
+        const Grey *const upper = image_.row(v_ + j) + u_ + i;
+        const Grey *const lower = upper + image_.stride();
+        const auto above = hn::MulAdd(b_, in_steps(upper + 1), hn::Mul(a_, in_steps(upper)));
+        const auto below = hn::MulAdd(e_, in_steps(lower + 1), hn::Mul(c_, in_steps(lower)));
         return hn::Add(above, below);
-    }
-    /// Calls use(j, i, values) for each vector, which begins in row j and column i.
-    template <class Use>
-    HWY_INLINE void for_all(const Use &use) const {
-        Row upper = row(0);
-        for (int j = 0; j < side; ++j) {
-            const Row lower = row(j + 1);
-            for (int i = 0; i < side; i += lanes)
-                use(j, i, between(upper, lower, static_cast<std::size_t>(i / lanes)));
-            upper = lower;
-        }
     }
 
 private:
+    static HWY_INLINE hn::Vec<D> in_steps(const Grey *from) {
+        return hn::ConvertTo(D(), steps_at(from));
+    }
+
     GreyView image_;
     int u_, v_;
     hn::Vec<D> a_, b_, c_, e_;
@@ -123,14 +104,15 @@ PatchFit fit(const ImagePatch &patch, GreyView image, const Eigen::Vector2f &pla
     const D d;
     const BetweenPixels seen(image, place, gain);
     auto sum = hn::Zero(d), squares = sum, by_u = sum, by_v = sum;
-    seen.for_all([&](int j, int i, auto shown) HWY_ATTR {
-        const int k = j * side + i;
-        const auto error = hn::Sub(shown, hn::LoadU(d, patch.grey.data() + k));
-        sum = hn::Add(sum, error);
-        squares = hn::MulAdd(error, error, squares);
-        by_u = hn::MulAdd(error, hn::LoadU(d, patch.gradient_u.data() + k), by_u);
-        by_v = hn::MulAdd(error, hn::LoadU(d, patch.gradient_v.data() + k), by_v);
-    });
+    for (int j = 0; j < side; ++j)
+        for (int i = 0; i < side; i += lanes) {
+            const int k = j * side + i;
+            const auto error = hn::Sub(seen.at(i, j), hn::LoadU(d, patch.grey.data() + k));
+            sum = hn::Add(sum, error);
+            squares = hn::MulAdd(error, error, squares);
+            by_u = hn::MulAdd(error, hn::LoadU(d, patch.gradient_u.data() + k), by_u);
+            by_v = hn::MulAdd(error, hn::LoadU(d, patch.gradient_v.data() + k), by_v);
+        }
     const auto total = [&](auto lane_sums)
                            HWY_ATTR { return hn::GetLane(hn::SumOfLanes(d, lane_sums)); };
     const float mean = total(sum) / count, b_u = total(by_u), b_v = total(by_v);
@@ -150,12 +132,12 @@ void claim(GreyView image, int u, int v, GreyView then, const Eigen::Vector2f &p
     // With the outermost ones repeated around.
     constexpr int around = side + 2;
     HWY_ALIGN float difference[around][around + 2];
-    seen.for_all([&](int j, int i, auto shown) HWY_ATTR {
-        const auto now = greys_at(image.row(v + j) + u + i);
-        hn::StoreU(hn::Abs(hn::Sub(hn::Add(shown, offset), now)), d, difference[j + 1] + 1 + i);
-    });
     for (int j = 0; j < side; ++j) {
         float *const row = difference[j + 1];
+        for (int i = 0; i < side; i += lanes) {
+            const auto now = greys_at(image.row(v + j) + u + i);
+            hn::StoreU(hn::Abs(hn::Sub(hn::Add(seen.at(i, j), offset), now)), d, row + 1 + i);
+        }
         row[0] = row[1];
         row[side + 1] = row[side];
     }
