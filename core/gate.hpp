@@ -66,7 +66,7 @@ struct GatePolicy {
 /// Which images have a depth map: not all need one (FrameLoop::want_depth_every()).
 struct FrameSchedule {
     bool now = true; ///< this image has one, of which its estimate tells the error
-    int next_in = 1; ///< images from this one to the next that will have one
+    int next_in = 1; ///< images from this one to the next of which one is due
 };
 
 /// Decides for each image whether the illuminator should be lit.
@@ -117,7 +117,7 @@ private:
     GatePolicy policy_;
     int since_measurement_ = -1; ///< images; -1: never measured
     int frame_at_ = 0;           ///< since_measurement_ of the last image with a depth map
-    int frame_interval_ = 1;     ///< images from that one to the next that was to have one
+    int frame_interval_ = 1;     ///< images from that one to the next of which one was due
     int waited_ = -1;            ///< images since the light was asked for; -1: it was not
     int latency_ = 0;
     bool kept_ = false;   ///< the light was to stay on after the last measurement, and did
