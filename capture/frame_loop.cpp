@@ -103,7 +103,7 @@ FrameResult FrameLoop::step(std::chrono::nanoseconds timeout) {
     if (result.capture != Capture::frame)
         return result;
 
-    const int due_in = this->due_in();
+    const int due_in = images_until_due();
     const int interval = std::max(images_until(color_.t_ns + depth_interval_.count()), 1);
     // A measurement is compared with a map of its image, and any of those that wait may be that.
     const bool drawn = due_in == 0 || rig_.illuminator->lit();
@@ -140,7 +140,7 @@ FrameResult FrameLoop::step(std::chrono::nanoseconds timeout) {
 /// Images from the one that was just taken to the first that is due: 0 if that is. Due is the first
 /// image after a measurement, because the gate compares later maps with its, and then the images
 /// that are nearest to their time.
-int FrameLoop::due_in() const {
+int FrameLoop::images_until_due() const {
     return due_ns_ ? std::max(images_until(*due_ns_ + depth_interval_.count()), 0) : 0;
 }
 

@@ -77,7 +77,7 @@ public:
 
 private:
     bool is_trusted(FrameResult &result);
-    int due_in() const;
+    int images_until_due() const;
     int images_until(std::int64_t t_ns) const;
     /// Lights the TOF camera and takes the measurement for the current image, if there is one.
     void measure(FrameResult &result);

@@ -90,7 +90,8 @@ public:
 
     /// Called once for each image, with its estimate; `ready`: the TOF camera could be lit. Once
     /// it has asked for light it goes on asking until measured() is called, so that a TOF camera
-    /// slow to wake is waited for.
+    /// slow to wake is waited for. `frames`: between frames that are more than the wake latency
+    /// apart, light is asked for so that the measurement comes with the next one.
     bool wants_light(const Estimate &estimate, bool ready = true, const FrameSchedule &frames = {});
     /// Why the last image wanted light.
     GateReason reason() const { return reason_; }

@@ -9,6 +9,8 @@
 #define AFTERGLOW_CORE_BASE_LANES_INL_HPP
 #endif
 
+#include "core/base/grey.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -115,6 +117,18 @@ template <class D>
     }
 #endif
     return hn::GatherIndex(d, from, index);
+}
+
+/// Grey values, in steps.
+template <class D>
+[[maybe_unused]] HWY_API hn::Vec<hn::RebindToSigned<D>> grey_steps_at(D /*tag*/, const Grey *from) {
+    return hn::PromoteTo(hn::RebindToSigned<D>(), hn::LoadU(hn::Rebind<Grey, D>(), from));
+}
+/// Half the differences of grey values.
+template <class D>
+[[maybe_unused]] HWY_API hn::Vec<D> half_difference(D d, const Grey *these, const Grey *less) {
+    const auto difference = hn::Sub(grey_steps_at(d, these), grey_steps_at(d, less));
+    return hn::Mul(hn::Set(d, 0.5f * grey_step), hn::ConvertTo(d, difference));
 }
 
 /// Four neighbours in an image: at the left and right, then below.

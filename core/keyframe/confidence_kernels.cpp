@@ -58,8 +58,9 @@ private:
     ConfidenceSum found_;
 };
 #else
-/// A table of two bins.
+/// The confidences of two bins have as many bytes as one table of TableLookupBytes().
 constexpr int two_bins = 2 * class_layer;
+static_assert(two_bins == 16);
 /// One run of a row: as many pixels as two vectors of depths hold, up to a cell's width.
 using Classes = hn::CappedTag<std::uint8_t, 2 * two_bins>;
 using Depths = hn::Repartition<std::uint16_t, Classes>;

@@ -22,20 +22,12 @@ constexpr auto count = static_cast<float>(ImagePatch::pixels);
 using D = hn::CappedTag<float, 4>;
 constexpr int lanes = static_cast<int>(hn::MaxLanes(D()));
 
-/// Grey values, in steps.
-HWY_API hn::Vec<hn::RebindToSigned<D>> steps_at(const Grey *from) {
-    return hn::PromoteTo(hn::RebindToSigned<D>(), hn::LoadU(hn::Rebind<Grey, D>(), from));
-}
 HWY_API hn::Vec<D> greys_at(const Grey *from) {
-    return hn::Mul(hn::Set(D(), grey_step), hn::ConvertTo(D(), steps_at(from)));
+    return hn::Mul(hn::Set(D(), grey_step), hn::ConvertTo(D(), grey_steps_at(D(), from)));
 }
 
 ImagePatch describe(GreyView image, int u, int v) {
     const D d;
-    const auto half = hn::Set(d, 0.5f * grey_step);
-    const auto gradient = [&](const Grey *behind, const Grey *before) HWY_ATTR {
-        return hn::Mul(half, hn::ConvertTo(d, hn::Sub(steps_at(behind), steps_at(before))));
-    };
     ImagePatch patch;
     auto sum_u = hn::Zero(d), sum_v = sum_u, uu = sum_u, uv = sum_u, vv = sum_u;
     float *grey = patch.grey.data(), *gradient_u = patch.gradient_u.data(),
@@ -43,8 +35,8 @@ ImagePatch describe(GreyView image, int u, int v) {
     for (int j = 0; j < side; ++j)
         for (int i = 0; i < side; i += lanes) {
             const Grey *const at = image.row(v + j) + u + i;
-            const auto by_u = gradient(at + 1, at - 1);
-            const auto by_v = gradient(at + image.stride(), at - image.stride());
+            const auto by_u = half_difference(d, at + 1, at - 1);
+            const auto by_v = half_difference(d, at + image.stride(), at - image.stride());
             sum_u = hn::Add(sum_u, by_u);
             sum_v = hn::Add(sum_v, by_v);
             uu = hn::MulAdd(by_u, by_u, uu);
@@ -81,7 +73,7 @@ public:
         c_ = hn::Set(d, per_step * (1 - right) * down);
         e_ = hn::Set(d, per_step * right * down);
     }
-    /// Of the four that begin in row j and column i.
+    /// Of the vector that begins in row j and column i.
     HWY_INLINE hn::Vec<D> at(int i, int j) const {
         const Grey *const upper = image_.row(v_ + j) + u_ + i;
         const Grey *const lower = upper + image_.stride();
@@ -92,7 +84,7 @@ public:
 
 private:
     static HWY_INLINE hn::Vec<D> in_steps(const Grey *from) {
-        return hn::ConvertTo(D(), steps_at(from));
+        return hn::ConvertTo(D(), grey_steps_at(D(), from));
     }
 
     GreyView image_;

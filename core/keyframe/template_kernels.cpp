@@ -20,19 +20,12 @@ void steepest(GreyView image, int first_row, int end_row, float *steepness, int 
     const int stride = image.stride();
     for_lanes(image.width() - 2, [&](auto d, int i) HWY_ATTR {
         const hn::RebindToSigned<decltype(d)> di;
-        const hn::Rebind<Grey, decltype(d)> of_greys;
-        const auto half = hn::Set(d, 0.5f * grey_step);
-        const auto gradient = [&](const Grey *behind, const Grey *before) HWY_ATTR {
-            const auto difference = hn::Sub(hn::PromoteTo(di, hn::LoadU(of_greys, behind)),
-                                            hn::PromoteTo(di, hn::LoadU(of_greys, before)));
-            return hn::Mul(half, hn::ConvertTo(d, difference));
-        };
         auto most = hn::Zero(d);
         auto at = hn::Set(di, first_row);
         const Grey *here = pixels + first_row * stride + i + 1;
         for (int row = first_row; row < end_row; ++row, here += stride) {
-            const auto gx = gradient(here + 1, here - 1);
-            const auto gy = gradient(here + stride, here - stride);
+            const auto gx = half_difference(d, here + 1, here - 1);
+            const auto gy = half_difference(d, here + stride, here - stride);
             const auto squared = hn::Add(hn::Mul(gx, gx), hn::Mul(gy, gy));
             const auto steeper = hn::Gt(order(d, squared), order(d, most));
             most = hn::Max(squared, most);

@@ -107,7 +107,7 @@ private:
 
 } // namespace
 
-TEST_CASE("a slow TOF camera measures for the frames that are due") {
+TEST_CASE("the frame loop measures the frames that are due, with a TOF camera slow to wake") {
     FakeCameras cameras;
     std::int64_t dark_ns = 0; // the last image in the dark
     cameras.read_tof = [&, read = cameras.read_tof](DepthFrame &frame) {
@@ -136,7 +136,7 @@ TEST_CASE("a slow TOF camera measures for the frames that are due") {
     CHECK(frames == "ewwme.......ewwme....wwwme....wwwm");
 }
 
-TEST_CASE("images that wait for a measurement have a map to compare it with, which nobody gets") {
+TEST_CASE("the frame loop gives out no maps of images that wait for a measurement") {
     FakeCameras cameras;
     Rig rig = cameras.rig();
     rig.pairing.warmup_maps = 2; // unless what is measured is like the map

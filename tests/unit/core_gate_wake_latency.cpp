@@ -152,7 +152,7 @@ TEST_CASE("right after a measurement the gate expects the error to grow as befor
     }
 }
 
-TEST_CASE("between distant frames the gate asks so that a measurement comes with a frame",
+TEST_CASE("between distant frames the gate lights so that a measurement comes with a frame",
           "[core]") {
     constexpr int latency = 3;
     SECTION("with the next one, if that would miss the target") {
@@ -183,19 +183,19 @@ TEST_CASE("between distant frames the gate asks so that a measurement comes with
     }
 }
 
-TEST_CASE("where frames are nearer than waking takes, the gate looks ahead with each", "[core]") {
+TEST_CASE("the gate looks ahead at each frame if they are nearer than the wake latency", "[core]") {
     // Image 3 is wrong by 2 %, and would be by 3.5 % when a measurement arrives.
     const Asked asked = ask_between_frames(gate_after_a_cycle({.target_mre = 3.2}, 3), 2);
     CHECK(asked.image == 3);
     CHECK(asked.reason == GateReason::error);
 }
 
-TEST_CASE("a quick TOF camera is lit for frames only", "[core]") {
+TEST_CASE("without wake latency the gate lights only at images that have a frame", "[core]") {
     const Asked asked = ask_between_frames(gate_after_a_cycle({.target_mre = 3}, 0), 8);
     CHECK(asked.image == 9);
 }
 
-TEST_CASE("a camera that wakes before the next frame but one goes dark", "[core]") {
+TEST_CASE("a TOF camera that wakes within the interval of frames does not stay lit", "[core]") {
     CHECK(gate_after_a_cycle({.target_mre = 2.4}, 3, 0.2, 2).keeps_light());
     CHECK_FALSE(gate_after_a_cycle({.target_mre = 2.4}, 3, 0.2, 3).keeps_light());
     CHECK_FALSE(gate_after_a_cycle({.target_mre = 2.4}, 3, 0.2, 10).keeps_light());

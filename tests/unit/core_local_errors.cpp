@@ -172,7 +172,7 @@ TEST_CASE("a local error that stays is not counted twice", "[core]") {
     CHECK(wall.errors.factor() < 1.1);
 }
 
-TEST_CASE("cells that are found wrong by chance are believed less", "[core]") {
+TEST_CASE("the factor on local errors falls where cells are found wrong by chance", "[core]") {
     Wall wall;
     for (int k = 0; k < 40; ++k)
         wall.measure_announced(1, k % 4 == 0 ? 0.05 : 0.01);
@@ -180,7 +180,7 @@ TEST_CASE("cells that are found wrong by chance are believed less", "[core]") {
     CHECK(wall.errors.factor() > 0.25); // one measurement in four finds it
 }
 
-TEST_CASE("what is worse than it was when it was found is believed more", "[core]") {
+TEST_CASE("the factor on local errors grows where cells become worse", "[core]") {
     Wall wall;
     double error = 0.02;
     for (int k = 0; k < 12; ++k, error *= 1.5)
@@ -188,7 +188,7 @@ TEST_CASE("what is worse than it was when it was found is believed more", "[core
     CHECK(wall.errors.factor() > 1.2);
 }
 
-TEST_CASE("a measurement without an error says nothing of how much cells are believed", "[core]") {
+TEST_CASE("a measurement without any error leaves the factor on local errors", "[core]") {
     Wall wall;
     wall.measure(1, 0.05);
     const double factor = wall.errors.factor();
