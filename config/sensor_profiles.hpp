@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/keyframe/depth_surface.hpp"
+#include "core/surface/depth_surface.hpp"
 
 #include <span>
 #include <string_view>

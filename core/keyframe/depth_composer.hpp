@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "core/alignment/direct_alignment.hpp"
 #include "core/base/image.hpp"
 #include "core/base/worker_pool.hpp"
+#include "core/error/confidence_kernels.hpp"
+#include "core/error/expected_error.hpp"
+#include "core/error/local_errors.hpp"
 #include "core/estimate.hpp"
-#include "core/keyframe/confidence_kernels.hpp"
-#include "core/keyframe/direct_alignment.hpp"
-#include "core/keyframe/expected_error.hpp"
 #include "core/keyframe/keyframe.hpp"
 #include "core/keyframe/keyframe_options.hpp"
-#include "core/keyframe/local_errors.hpp"
-#include "core/keyframe/motion_mask.hpp"
-#include "core/keyframe/residual_flow.hpp"
-#include "core/keyframe/warp.hpp"
+#include "core/moving/motion_mask.hpp"
+#include "core/moving/residual_flow.hpp"
+#include "core/warp/warp.hpp"
 
 #include <array>
 #include <cstdint>

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "core/error/error_scale_filter.hpp"
+#include "core/error/local_errors.hpp"
 #include "core/estimate.hpp"
 #include "core/keyframe/depth_composer.hpp"
-#include "core/keyframe/error_scale_filter.hpp"
 #include "core/keyframe/keyframe_tracker.hpp"
-#include "core/keyframe/local_errors.hpp"
-#include "core/keyframe/motion_mask.hpp"
-#include "core/keyframe/residual_flow.hpp"
+#include "core/moving/motion_mask.hpp"
+#include "core/moving/residual_flow.hpp"
 
 #include <cstdint>
 #include <optional>

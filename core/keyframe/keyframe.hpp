@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "core/alignment/alignment_template.hpp"
 #include "core/base/grey.hpp"
 #include "core/base/rigid_motion.hpp"
-#include "core/keyframe/alignment_template.hpp"
-#include "core/keyframe/depth_surface.hpp"
-#include "core/keyframe/residual_flow.hpp"
-#include "core/keyframe/views.hpp"
+#include "core/base/views.hpp"
+#include "core/moving/residual_flow.hpp"
+#include "core/surface/depth_surface.hpp"
 
 #include <memory>
 #include <vector>

@@ -1,22 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/keyframe/alignment_template.hpp"
-#include "core/keyframe/depth_surface.hpp"
-#include "core/keyframe/direct_alignment.hpp"
-#include "core/keyframe/expected_error.hpp"
-#include "core/keyframe/self_calibration.hpp"
-#include "core/keyframe/warp.hpp"
+#include "core/alignment/alignment_template.hpp"
+#include "core/alignment/camera_motion.hpp"
+#include "core/alignment/direct_alignment.hpp"
+#include "core/calibration/self_calibration.hpp"
+#include "core/error/expected_error.hpp"
+#include "core/surface/depth_surface.hpp"
+#include "core/warp/warp.hpp"
 
 namespace afterglow {
-
-/// How a held camera moves (one sigma).
-struct MotionOptions {
-    float speed = 0.2f;                 ///< m/s
-    float angular_acceleration = 15.0f; ///< rad/s^2
-    /// Longest time from the first to the last row of a picture being read; 0 = global shutter.
-    float readout_s = 0.02f;
-};
 
 /// How several keyframes make one depth map.
 struct ComposeOptions {

@@ -12,11 +12,14 @@ KeyframePipeline::KeyframePipeline(const KeyframeOptions &options, const Views &
       keyframes_(options.compose.keyframes, views, options.surface, options.alignment_template),
       motion_(options.motion), tracker_(options, views, pool),
       arriving_(views.surface, options.surface), registration_(options, views),
-      seen_(views.surface, views.tracking, views.surface_from_tracking.inverse(), options, pool),
-      published_(views.surface, views.published, views.published_from_surface(), options, pool),
+      seen_(views.surface, views.tracking, views.surface_from_tracking.inverse(), options.surface,
+            options.warp, pool),
+      published_(views.surface, views.published, views.published_from_surface(), options.surface,
+                 options.warp, pool),
       publication_(options, views, pool) {
     if (views.calibrated)
-        guard_ = std::make_unique<CalibrationGuard>(options, views, pool);
+        guard_ = std::make_unique<CalibrationGuard>(
+            views, options.alignment_template.coarsest_level, options.warp, pool);
 }
 
 const Estimate &KeyframePipeline::track(LumaView luma, std::int64_t t_ns) {

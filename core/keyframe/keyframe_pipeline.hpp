@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "core/alignment/camera_motion.hpp"
 #include "core/base/camera.hpp"
 #include "core/base/worker_pool.hpp"
-#include "core/keyframe/calibration_guard.hpp"
-#include "core/keyframe/camera_motion.hpp"
+#include "core/calibration/calibration_guard.hpp"
 #include "core/keyframe/depth_publication.hpp"
 #include "core/keyframe/keyframe.hpp"
 #include "core/keyframe/keyframe_options.hpp"

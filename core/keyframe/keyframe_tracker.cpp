@@ -14,8 +14,8 @@ KeyframeTracker::KeyframeTracker(const KeyframeOptions &options, const Views &vi
       image_(views.tracking.width, views.tracking.height,
              options.alignment_template.coarsest_level),
       previous_image_(image_), composed_surface_(views.published, options.surface),
-      previous_(views.published, views.tracking, views.published_from_tracking.inverse(), options,
-                pool),
+      previous_(views.published, views.tracking, views.published_from_tracking.inverse(),
+                options.surface, options.warp, pool),
       previous_template_(views.tracking, options.alignment_template) {}
 
 void KeyframeTracker::load(LumaView luma) {

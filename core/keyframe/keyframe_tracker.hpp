@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "core/alignment/camera_motion.hpp"
+#include "core/alignment/pose_tracker.hpp"
 #include "core/base/pyramid.hpp"
 #include "core/base/worker_pool.hpp"
-#include "core/keyframe/camera_motion.hpp"
+#include "core/calibration/self_calibration.hpp"
 #include "core/keyframe/keyframe.hpp"
 #include "core/keyframe/keyframe_options.hpp"
-#include "core/keyframe/pose_tracker.hpp"
-#include "core/keyframe/self_calibration.hpp"
-#include "core/keyframe/surface_registration.hpp"
+#include "core/warp/surface_registration.hpp"
 
 #include <cstdint>
 

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/keyframe/depth_refinement.hpp"
-#include "core/keyframe/direct_alignment.hpp"
+#include "core/alignment/direct_alignment.hpp"
+#include "core/calibration/depth_refinement.hpp"
+#include "core/calibration/self_calibration.hpp"
 #include "core/keyframe/keyframe.hpp"
 #include "core/keyframe/keyframe_options.hpp"
-#include "core/keyframe/self_calibration.hpp"
 
 namespace afterglow {
 

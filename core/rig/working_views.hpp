@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/keyframe/views.hpp"
+#include "core/base/views.hpp"
 #include "core/rig/rig_geometry.hpp"
 
 namespace afterglow {

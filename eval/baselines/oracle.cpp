@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "eval/baselines/oracle.hpp"
 
+#include "core/calibration/depth_refinement.hpp"
 #include "core/keyframe/depth_composer.hpp"
-#include "core/keyframe/depth_refinement.hpp"
 #include "core/keyframe/keyframe.hpp"
 #include "eval/scoring/metrics.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Drawing of mapped tiles against the scalar code that it stands for.
-#include "core/keyframe/block_grid.hpp"
-#include "core/keyframe/surface_point.hpp"
+#include "core/surface/surface_point.hpp"
+#include "core/warp/block_grid.hpp"
 #include "tests/catch.hpp"
 #include "tests/instruction_set.hpp"
 

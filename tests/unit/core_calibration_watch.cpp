@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Depth edges against image edges: what is wrong with a calibration is said, and nothing else.
-#include "core/keyframe/calibration_watch.hpp"
+#include "core/calibration/calibration_watch.hpp"
 #include "core/pipeline.hpp"
 #include "tests/allocation_count.hpp"
 #include "tests/catch.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Kernels of confidences against the scalar code that they stand for.
+#include "core/error/confidence_kernels.hpp"
 #include "core/estimate.hpp"
-#include "core/keyframe/confidence_kernels.hpp"
 #include "tests/catch.hpp"
 #include "tests/instruction_set.hpp"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Kernels of the tiles' corners against the scalar code that they stand for.
-#include "core/keyframe/corner_kernels.hpp"
-#include "core/keyframe/depth_surface.hpp"
-#include "core/keyframe/mapped_tile.hpp"
+#include "core/surface/depth_surface.hpp"
+#include "core/warp/corner_kernels.hpp"
+#include "core/warp/mapped_tile.hpp"
 #include "tests/catch.hpp"
 #include "tests/instruction_set.hpp"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Points compared with a map in vectors, against the formulas one by one.
-#include "core/keyframe/depth_comparison.hpp"
+#include "core/calibration/depth_comparison.hpp"
 #include "tests/catch.hpp"
 #include "tests/instruction_set.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/keyframe/confidence_kernels.hpp"
+#include "core/error/confidence_kernels.hpp"
 #include "core/keyframe/depth_composer.hpp"
 #include "tests/catch.hpp"
 #include "tests/film.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/keyframe/depth_edges.hpp"
+#include "core/calibration/depth_edges.hpp"
 #include "tests/catch.hpp"
 
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/keyframe/depth_refinement.hpp"
+#include "core/calibration/depth_refinement.hpp"
 #include "tests/catch.hpp"
 #include "tests/film.hpp"
 

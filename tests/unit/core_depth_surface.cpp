@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/keyframe/depth_surface.hpp"
-#include "core/keyframe/surface_point.hpp"
+#include "core/surface/depth_surface.hpp"
+#include "core/surface/surface_point.hpp"
 #include "tests/catch.hpp"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/keyframe/direct_alignment.hpp"
-#include "core/keyframe/pose_tracker.hpp"
+#include "core/alignment/direct_alignment.hpp"
+#include "core/alignment/pose_tracker.hpp"
 #include "drivers/simulated/synthetic/truth.hpp"
 #include "tests/catch.hpp"
 #include "tests/instruction_set.hpp"

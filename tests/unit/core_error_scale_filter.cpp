@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/keyframe/error_scale_filter.hpp"
+#include "core/error/error_scale_filter.hpp"
 #include "eval/scoring/metrics.hpp"
 #include "tests/catch.hpp"
 #include "tests/film.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/keyframe/expected_error.hpp"
+#include "core/error/expected_error.hpp"
 #include "tests/catch.hpp"
 
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/keyframe/image_patch.hpp"
+#include "core/moving/image_patch.hpp"
 #include "tests/catch.hpp"
 #include "tests/instruction_set.hpp"
 

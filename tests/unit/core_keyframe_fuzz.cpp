@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Nothing that a camera can send makes preset "default" say something that is not a number.
-#include "core/keyframe/expected_error.hpp"
+#include "core/error/expected_error.hpp"
 #include "tests/catch.hpp"
 #include "tests/film.hpp"
 

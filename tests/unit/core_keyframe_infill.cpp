@@ -2,7 +2,7 @@
 //
 // Depth that the sensor cannot see now but saw before is filled in: Noraky & Sze 2019's Section
 // VIII and its two figures, 0.87 % out of range and 0.6 % where the sensor saturates.
-#include "core/keyframe/expected_error.hpp"
+#include "core/error/expected_error.hpp"
 #include "drivers/files/image_file.hpp"
 #include "drivers/files/recording.hpp"
 #include "drivers/simulated/synthetic/noise.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "core/error/local_errors.hpp"
 #include "core/gate.hpp"
 #include "core/keyframe/keyframe_pipeline.hpp"
-#include "core/keyframe/local_errors.hpp"
 #include "drivers/simulated/synthetic/truth.hpp"
 #include "eval/scoring/metrics.hpp"
 #include "tests/catch.hpp"

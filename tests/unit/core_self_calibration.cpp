@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // What a TOF camera's maps have in common that is wrong: learnt, and carried into the estimates.
-#include "core/keyframe/self_calibration.hpp"
+#include "core/calibration/self_calibration.hpp"
 #include "eval/scoring/metrics.hpp"
 #include "tests/catch.hpp"
 #include "tests/film.hpp"

@@ -2,10 +2,10 @@
 // Kernels against the scalar code that they stand for, bit for bit, on numbers as they come and on
 // those that kernels get wrong.
 #include "core/base/image.hpp"
-#include "core/keyframe/self_calibration.hpp"
-#include "core/keyframe/smoothing_kernels.hpp"
-#include "core/keyframe/surface_kernels.hpp"
-#include "core/keyframe/surface_point.hpp"
+#include "core/calibration/self_calibration.hpp"
+#include "core/surface/smoothing_kernels.hpp"
+#include "core/surface/surface_kernels.hpp"
+#include "core/surface/surface_point.hpp"
 #include "tests/catch.hpp"
 #include "tests/instruction_set.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/keyframe/surface_projection.hpp"
+#include "core/warp/surface_projection.hpp"
 #include "tests/catch.hpp"
 #include "tests/instruction_set.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/keyframe/template_kernels.hpp"
+#include "core/alignment/template_kernels.hpp"
 #include "tests/catch.hpp"
 #include "tests/instruction_set.hpp"
 

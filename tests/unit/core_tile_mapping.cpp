@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/keyframe/tile_mapping.hpp"
+#include "core/warp/tile_mapping.hpp"
 #include "tests/catch.hpp"
 
 #include <vector>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/keyframe/warp.hpp"
+#include "core/warp/warp.hpp"
 #include "tests/catch.hpp"
 
 #include <Eigen/Geometry>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Kernels of the warp against the scalar code that they stand for.
-#include "core/keyframe/mapped_tile.hpp"
-#include "core/keyframe/self_calibration.hpp"
-#include "core/keyframe/surface_point.hpp"
-#include "core/keyframe/surface_projection.hpp"
-#include "core/keyframe/warp_kernels.hpp"
+#include "core/calibration/self_calibration.hpp"
+#include "core/surface/surface_point.hpp"
+#include "core/warp/mapped_tile.hpp"
+#include "core/warp/surface_projection.hpp"
+#include "core/warp/warp_kernels.hpp"
 #include "tests/catch.hpp"
 #include "tests/instruction_set.hpp"
 

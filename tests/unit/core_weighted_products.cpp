@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/keyframe/weighted_products.hpp"
+#include "core/alignment/weighted_products.hpp"
 #include "tests/catch.hpp"
 #include "tests/instruction_set.hpp"
 

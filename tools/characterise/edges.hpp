@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/base/image.hpp"
-#include "core/keyframe/sensor_noise.hpp"
+#include "core/surface/sensor_noise.hpp"
 
 #include <cstdint>
 #include <vector>

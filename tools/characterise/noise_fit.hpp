@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/keyframe/sensor_noise.hpp"
+#include "core/surface/sensor_noise.hpp"
 
 #include <span>
 

@@ -91,7 +91,7 @@ Result<BlockCounts> read_block_counts(const std::string &path) {
     return counts;
 }
 
-/// "keyframe/warp" for a file of core/; empty for any other. `place`: FILE:LINE.
+/// "warp/warp" for a file of core/; empty for any other. `place`: FILE:LINE.
 std::string stage_of(std::string_view place) {
     const std::size_t end = place.rfind(".cpp:");
     const std::size_t core = place.substr(0, end).rfind("/core/");

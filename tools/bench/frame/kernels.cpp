@@ -3,12 +3,12 @@
 // warp: a keyframe's map carried to a later frame. align: a frame's pose against its keyframe, from
 // that of the frame before. limit/memcpy: what a warp cannot be faster than, a copy of a plane of
 // 32-bit pixels: it reads each point once and writes each pixel once.
+#include "core/alignment/alignment_template.hpp"
+#include "core/alignment/pose_tracker.hpp"
 #include "core/base/pyramid.hpp"
-#include "core/keyframe/alignment_template.hpp"
-#include "core/keyframe/depth_surface.hpp"
 #include "core/keyframe/keyframe_options.hpp"
-#include "core/keyframe/pose_tracker.hpp"
-#include "core/keyframe/warp.hpp"
+#include "core/surface/depth_surface.hpp"
+#include "core/warp/warp.hpp"
 #include "tools/bench/frame/benchmarks.hpp"
 
 #include <benchmark/benchmark.h>

@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/alignment/alignment_template.hpp"
+
+#include "core/alignment/template_kernels.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace afterglow {
+namespace {
+
+/// Depth of pixel (u, v) of a level: mean of four readings that it covers if they lie on one
+/// surface and away from depth edges, 0 otherwise. Two of them may be missing.
+float level_depth(const DepthSurface &surface, int level, int u, int v) {
+    const int n = 1 << level, step = n / 2;
+    const ImageView<const float> depths = surface.z();
+    const ImageView<const std::uint8_t> edges = surface.edge_distance();
+    const int x = u * n, y = v * n;
+    const float *const z = depths.row(y) + x, *const z_below = depths.row(y + step) + x;
+    const std::uint8_t *const edge = edges.row(y) + x, *const edge_below = edges.row(y + step) + x;
+    if (std::min(std::min(edge[0], edge[step]), std::min(edge_below[0], edge_below[step])) <= 2)
+        return 0;
+    float sum = 0, low = 1e9f, high = 0;
+    int count = 0;
+    for (const float reading : {z[0], z[step], z_below[0], z_below[step]}) {
+        sum += reading;
+        low = reading != 0.0f && reading < low ? reading : low;
+        high = reading > high ? reading : high;
+        count += reading != 0.0f;
+    }
+    if (count < 2 || high - low > surface.edge_step(low) * (1.0f + 0.25f * static_cast<float>(n)))
+        return 0;
+    return sum / static_cast<float>(count);
+}
+
+/// Half the difference of two grey values.
+float half_difference(Grey a, Grey b) {
+    return 0.5f * grey_step * static_cast<float>(a - b);
+}
+
+/// The square cells that an image is parted into, as small as may be.
+struct Cells {
+    Cells(int width, int height, int most) {
+        while (across(width) * across(height) > most)
+            ++size;
+    }
+    int across(int pixels) const { return (pixels + size - 1) / size; }
+
+    int size = 1;
+};
+
+} // namespace
+
+TemplatePoints::TemplatePoints(int capacity) {
+    const int rows = (capacity + block - 1) / block * block;
+    for (std::vector<float> *column : {&x, &y, &z, &intensity, &row, &per_s})
+        column->resize(static_cast<std::size_t>(rows));
+    J.setZero(rows, derivatives);
+}
+
+AlignmentTemplate::AlignmentTemplate(const Intrinsics &camera, const TemplateOptions &options)
+    : options_(options), steepness_(static_cast<std::size_t>(camera.width)),
+      steepest_row_(steepness_.size()) {
+    for (int l = 0; l <= options.coarsest_level; ++l) {
+        cameras_.push_back(camera.at_level(l));
+        const int w = cameras_.back().width, h = cameras_.back().height;
+        const Cells cells(w, h, options.points_per_level);
+        levels_.emplace_back(l >= options.finest_level ? cells.across(w) * cells.across(h) : 0);
+        const std::size_t points = levels_.back().x.size();
+        for (std::vector<float> *column :
+             {&found_.u, &found_.v, &found_.gradient_u, &found_.gradient_v})
+            column->resize(std::max(column->size(), points));
+    }
+}
+
+void AlignmentTemplate::build(const Pyramid &image, const DepthSurface &surface) {
+    for (int l = options_.finest_level; l <= options_.coarsest_level; ++l)
+        build_level(l, image.level(l), surface);
+}
+
+// The pixel with the steepest gradient in each cell becomes a point.
+void AlignmentTemplate::build_level(int level, GreyView image, const DepthSurface &surface) {
+    const int w = image.width(), h = image.height();
+    TemplatePoints &points = levels_[level];
+    const int cell = Cells(w, h, options_.points_per_level).size;
+    // A central difference halves the noise variance; halving the image halves its deviation.
+    const float weakest = 2.0f * options_.pixel_noise / static_cast<float>(1 << std::min(level, 2));
+    points.count = 0;
+    for (int v0 = 1; v0 < h - 1; v0 += cell) {
+        find_steepest(image, v0, std::min(v0 + cell, h - 1), steepness_, steepest_row_);
+        for (int u0 = 1; u0 < w - 1; u0 += cell) {
+            float best = weakest * weakest;
+            int best_u = -1, best_v = -1;
+            for (int u = u0; u < std::min(u0 + cell, w - 1); ++u) {
+                const auto column = static_cast<std::size_t>(u);
+                const float steepness = steepness_[column];
+                if (steepness < best || (steepness == best && steepest_row_[column] >= best_v))
+                    continue;
+                best = steepness;
+                best_u = u;
+                best_v = steepest_row_[column];
+            }
+            if (best_u < 0)
+                continue;
+            const float z = level_depth(surface, level, best_u, best_v);
+            if (z == 0.0f)
+                continue;
+            const auto i = static_cast<std::size_t>(points.count++);
+            found_.u[i] = static_cast<float>(best_u);
+            found_.v[i] = static_cast<float>(best_v);
+            found_.gradient_u[i] =
+                half_difference(image(best_u + 1, best_v), image(best_u - 1, best_v));
+            found_.gradient_v[i] =
+                half_difference(image(best_u, best_v + 1), image(best_u, best_v - 1));
+            points.z[i] = z;
+            points.intensity[i] = grey_step * static_cast<float>(image(best_u, best_v));
+        }
+    }
+    complete_points(found_, cameras_[level], options_, points);
+}
+
+} // namespace afterglow

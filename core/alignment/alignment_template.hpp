@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "core/alignment/weighted_products.hpp"
+#include "core/base/camera.hpp"
+#include "core/base/pyramid.hpp"
+#include "core/surface/depth_surface.hpp"
+
+#include <Eigen/Core>
+
+#include <vector>
+
+namespace afterglow {
+
+struct TemplateOptions {
+    /// Levels used for alignment, finest and coarsest (1 = half size).
+    int finest_level = 1;
+    int coarsest_level = 4;
+    /// Most points kept on a level; the strongest gradients of each cell of the image win.
+    int points_per_level = 4000;
+    /// Grey values: standard deviation of one pixel's noise. Weaker gradients are no points, and
+    /// residuals are weighted by it.
+    float pixel_noise = 2.0f;
+    /// Standard deviation of where a gradient g really is: a point's residual is expected to spread
+    /// by s with s^2 = pixel_noise^2 + (g blur_px)^2.
+    float blur_px = 0.15f;
+};
+
+/// The textured points of a keyframe on one level of its pyramid, column by column. Columns have
+/// whole blocks; what comes after `count` means nothing.
+struct TemplatePoints {
+    static constexpr int block = WeightedProducts::row_step;
+    /// Columns of derivatives of the grey value that a template promises.
+    enum Derivative {
+        by_motion = 0, ///< 6: (v, w) of the scene, X -> X + v + w x X; per metre and per radian
+        by_skew =
+            6, ///< 3: Placement::skew, a turn that grows from the first row to the last; per radian
+        by_gain = 9, ///< 1: of a gain about a middle grey value, in units of `gain_unit`
+        derivatives = 10
+    };
+    /// So that the column is about as large as the others.
+    static constexpr float gain_unit = 0.01f, middle_grey = 128;
+
+    explicit TemplatePoints(int capacity);
+
+    int count = 0;
+    std::vector<float> x, y, z;   ///< metres, keyframe coordinates
+    std::vector<float> intensity; ///< grey value in the keyframe
+    std::vector<float> row;       ///< place in the picture from top (-0.5) to bottom (0.5)
+    std::vector<float> per_s;     ///< 1 / s of its residuals (TemplateOptions), 1 / grey values
+    Eigen::Matrix<float, Eigen::Dynamic, derivatives> J; ///< grey values per unit of a Derivative
+};
+
+/// Where points were found on a level: pixels, and half the difference of the grey values on both
+/// sides, along rows and columns. As long as the columns of the points.
+struct FoundPoints {
+    std::vector<float> u, v, gradient_u, gradient_v;
+};
+
+/// All of a keyframe that direct alignment needs, worked out once: points with a strong gradient
+/// and a trusted depth, and their Jacobians (inverse-compositional alignment, Baker and Matthews
+/// 2004). Allocates when made; build() is real-time safe.
+class AlignmentTemplate {
+public:
+    AlignmentTemplate(const Intrinsics &camera, const TemplateOptions &options);
+
+    void build(const Pyramid &image, const DepthSurface &surface);
+
+    const TemplatePoints &points(int level) const { return levels_[level]; }
+    const Intrinsics &camera(int level) const { return cameras_[level]; }
+    const TemplateOptions &options() const { return options_; }
+
+private:
+    void build_level(int level, GreyView image, const DepthSurface &surface);
+
+    TemplateOptions options_;
+    std::vector<Intrinsics> cameras_;
+    std::vector<TemplatePoints> levels_;
+    std::vector<float> steepness_; ///< of each column of a row of cells, and where
+    std::vector<int> steepest_row_;
+    FoundPoints found_; ///< on the level that is built
+};
+
+} // namespace afterglow

@@ -1,0 +1,366 @@
+// SPDX-License-Identifier: Apache-2.0
+// Compiled once for each instruction set; the best of them is chosen when first called.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "core/error/confidence_kernels.cpp"
+#include "core/error/confidence_kernels.hpp"
+
+#include "core/estimate.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <hwy/cache_control.h>
+#include <hwy/foreach_target.h>
+#include <hwy/highway.h>
+
+HWY_BEFORE_NAMESPACE();
+namespace afterglow::HWY_NAMESPACE {
+namespace {
+
+namespace hn = hwy::HWY_NAMESPACE;
+
+void look_up_singly(const std::uint16_t *depth, const std::uint8_t *classes, int count,
+                    const Confidences &of, std::uint8_t *confidence) {
+    for (int i = 0; i < count; ++i) {
+        const std::uint8_t found = depth[i] == 0
+                                       ? no_confidence
+                                       : of.table[place_in_table(classes[i], depth_bin(depth[i]))];
+        const int least = std::min(found, unknown_confidence);
+        confidence[i] = static_cast<std::uint8_t>(std::max(found - of.less, least));
+    }
+}
+
+ConfidenceSum sum_singly(const std::uint8_t *confidence, int count) {
+    ConfidenceSum found;
+    for (int i = 0; i < count; ++i)
+        found += {confidence[i], confidence[i] != no_confidence ? 1 : 0};
+    return found;
+}
+
+#if HWY_TARGET == HWY_SCALAR
+constexpr int run = 1;
+class RunLookUp {
+public:
+    RunLookUp(const Confidences &of, int /*bin*/) : of_(of) {}
+    void operator()(const std::uint16_t *depth, const std::uint8_t *classes,
+                    std::uint8_t *confidence) {
+        look_up_singly(depth, classes, run, of_, confidence);
+    }
+
+private:
+    const Confidences of_;
+};
+class RunSum {
+public:
+    void operator()(const std::uint8_t *confidence) { found_ += sum_singly(confidence, run); }
+    ConfidenceSum get() const { return found_; }
+
+private:
+    ConfidenceSum found_;
+};
+#else
+/// The confidences of two bins have as many bytes as one table of TableLookupBytes().
+constexpr int two_bins = 2 * class_layer;
+static_assert(two_bins == 16);
+/// One run of a row: as many pixels as two vectors of depths hold, up to a cell's width.
+using Classes = hn::CappedTag<std::uint8_t, 2 * two_bins>;
+using Depths = hn::Repartition<std::uint16_t, Classes>;
+constexpr int run = static_cast<int>(hn::MaxLanes(Classes()));
+
+/// Masks of the pixels of a run, in bytes.
+template <class M>
+HWY_API hn::Vec<Classes> narrowed(M left, M right) {
+    const Depths d;
+    const hn::RebindToSigned<Depths> di;
+    const hn::Half<Classes> half;
+    const hn::RebindToSigned<decltype(half)> half_signed;
+    const auto bytes = [&](M mask) HWY_ATTR {
+        const auto words = hn::BitCast(di, hn::VecFromMask(d, mask));
+        return hn::BitCast(half, hn::DemoteTo(half_signed, words));
+    };
+    return hn::Combine(Classes(), bytes(right), bytes(left));
+}
+
+/// Looks up runs of pixels. It tries first the two bins of the run before, which most runs are in.
+class RunLookUp {
+public:
+    /// `bin`: where to begin.
+    RunLookUp(const Confidences &of, int bin) : of_(of) { go_to(bin); }
+
+    void operator()(const std::uint16_t *depth, const std::uint8_t *classes,
+                    std::uint8_t *confidence) {
+        const Classes d8;
+        const Depths d;
+        const auto left = hn::LoadU(d, depth), right = hn::LoadU(d, depth + run / 2);
+        const auto of = hn::LoadU(d8, classes);
+        // Pixels without depth may be looked up in any bins: their class is 0, for which all have
+        // 0. Their depth less one wraps around to the greatest, so that it is not the nearest.
+        const auto one = hn::Set(d, 1);
+        const auto nearest = hn::Min(hn::Sub(left, one), hn::Sub(right, one));
+        const auto before = hn::SaturatedSub(hn::Set(d, before_bins_), nearest);
+        const auto beyond = hn::SaturatedSub(hn::Max(left, right), hn::Set(d, last_of_bins_));
+        const auto layer = hn::And(of, hn::Set(d8, 0xff - (class_layer - 1)));
+        const auto elsewhere = hn::Or(hn::Or(before, beyond), hn::BitCast(d, layer));
+        const auto none = hn::Zero(d);
+        if (hn::AllTrue(d, hn::Eq(elsewhere, none)))
+            hn::StoreU(found(left, right, of), d8, confidence);
+        else if (hn::AllTrue(d8, hn::Eq(layer, hn::Zero(d8))))
+            look_up_all(left, right, of,
+                        narrowed(hn::Or(in_bins(left), hn::Eq(left, none)),
+                                 hn::Or(in_bins(right), hn::Eq(right, none))),
+                        confidence);
+        else
+            look_up_singly(depth, classes, run, of_, confidence);
+    }
+
+private:
+    void go_to(int bin) {
+        bin_ = std::min(bin, depth_bins - 2);
+        before_bins_ = static_cast<std::uint16_t>(first_of_bin(bin_) - 1);
+        last_of_bin_ = static_cast<std::uint16_t>(first_of_bin(bin_ + 1) - 1);
+        last_of_bins_ = static_cast<std::uint16_t>(first_of_bin(bin_ + 2) - 1);
+        const Classes d8;
+        const auto found = hn::LoadDup128(d8, of_.table + place_in_table(0, bin_));
+        const auto least = hn::Min(found, hn::Set(d8, unknown_confidence));
+        const auto lowered = hn::SaturatedSub(found, hn::Set(d8, of_.less));
+        confidences_ = hn::Max(lowered, least);
+    }
+    template <class V>
+    hn::Mask<Depths> in_bins(V depths) const {
+        const Depths d;
+        return hn::And(hn::Gt(depths, hn::Set(d, before_bins_)),
+                       hn::Eq(hn::Min(depths, hn::Set(d, last_of_bins_)), depths));
+    }
+    /// Confidences of those that are in the bins, of the first layer; of others they are anything.
+    template <class V, class V8>
+    V8 found(V left, V right, V8 of) const {
+        const Classes d8;
+        const Depths d;
+        const auto is_next = [&](V depths)
+                                 HWY_ATTR { return hn::Gt(depths, hn::Set(d, last_of_bin_)); };
+        const auto in_next = narrowed(is_next(left), is_next(right));
+        const auto place = hn::Or(of, hn::And(in_next, hn::Set(d8, class_layer)));
+        return hn::TableLookupBytes(confidences_, place);
+    }
+    /// A run of more than two bins: looks up two bins at a time, beginning with that of the nearest
+    /// depth that is not `done`, until all are.
+    template <class V, class V8>
+    void look_up_all(V left, V right, V8 of, V8 done, std::uint8_t *confidence) {
+        const Classes d8;
+        const Depths d;
+        auto all = hn::And(found(left, right, of), done);
+        while (!hn::AllTrue(d8, hn::Ne(done, hn::Zero(d8)))) {
+            const auto beyond = [&](auto half) HWY_ATTR { // where it is done
+                const hn::RebindToSigned<Depths> di;
+                const hn::Rebind<std::int8_t, Depths> bytes;
+                return hn::BitCast(d, hn::PromoteTo(di, hn::BitCast(bytes, half)));
+            };
+            const auto open_left = hn::Or(left, beyond(hn::LowerHalf(done)));
+            const auto open_right = hn::Or(right, beyond(hn::UpperHalf(hn::Half<Classes>(), done)));
+            const auto nearest = hn::MinOfLanes(d, hn::Min(open_left, open_right));
+            go_to(depth_bin(hn::GetLane(nearest)));
+            const auto now = narrowed(in_bins(left), in_bins(right));
+            all = hn::Or(all, hn::And(found(left, right, of), hn::AndNot(done, now)));
+            done = hn::Or(done, now);
+        }
+        hn::StoreU(all, d8, confidence);
+    }
+
+    const Confidences of_;
+    int bin_;
+    std::uint16_t before_bins_;    ///< one less than the least depth in both bins, millimetres
+    std::uint16_t last_of_bin_;    ///< the greatest one in the first bin, millimetres
+    std::uint16_t last_of_bins_;   ///< the greatest one in both, millimetres
+    hn::Vec<Classes> confidences_; ///< of both bins
+};
+
+/// Sums up runs of confidences.
+class RunSum {
+public:
+    RunSum()
+        : sums_(hn::Zero(Sums())), pixels_(hn::Zero(Sums())) {} // an implicit one lacks the target
+    void operator()(const std::uint8_t *confidence) {
+        const Classes d8;
+        const auto of = hn::LoadU(d8, confidence);
+        sums_ = hn::Add(sums_, hn::SumsOf8(of));
+        pixels_ = hn::Add(pixels_, hn::SumsOf8(hn::Min(of, hn::Set(d8, 1))));
+    }
+    ConfidenceSum get() const {
+        const Sums d;
+        return {hn::GetLane(hn::SumOfLanes(d, sums_)),
+                static_cast<int>(hn::GetLane(hn::SumOfLanes(d, pixels_)))};
+    }
+
+private:
+    using Sums = hn::Repartition<std::uint64_t, Classes>;
+    hn::Vec<Sums> sums_, pixels_;
+};
+
+#endif
+
+ConfidenceSum sum_of(const std::uint8_t *confidence, int count) {
+    RunSum sum_run;
+    int u = 0;
+    for (; u + run <= count; u += run)
+        sum_run(confidence + u);
+    ConfidenceSum found = sum_run.get();
+    found += sum_singly(confidence + u, count - u);
+    return found;
+}
+
+ConfidenceSum look_up(const JudgedPixels &pixels, const Confidences &of, int first_bin,
+                      int summed_row, ImageView<std::uint8_t> confidence) {
+    RunLookUp look_up_run(of, first_bin);
+    int u = 0;
+    for (; u + run <= confidence.width(); u += run) {
+        const std::uint16_t *depth = pixels.depth.data() + u;
+        const std::uint8_t *classes = pixels.classes.data() + u;
+        std::uint8_t *out = confidence.data() + u;
+        for (int v = 0; v < confidence.height(); ++v) {
+            hwy::Prefetch(depth + 2 * run);
+            hwy::Prefetch(classes + 2 * run);
+            look_up_run(depth, classes, out);
+            depth += pixels.depth.stride();
+            classes += pixels.classes.stride();
+            out += confidence.stride();
+        }
+    }
+    for (int v = 0; v < confidence.height(); ++v)
+        look_up_singly(pixels.depth.row(v) + u, pixels.classes.row(v) + u, confidence.width() - u,
+                       of, confidence.row(v) + u);
+    ConfidenceSum found;
+    for (int v = 0; v < confidence.height(); v += summed_row)
+        found += sum_of(confidence.row(v), confidence.width());
+    return found;
+}
+
+void compare_singly(const ComparedPixels &in, int v, int first, float misplaced,
+                    ComparedErrors &errors) {
+    for (int u = first; u < in.composed.width(); u += 2) {
+        const int truth = in.measured(u, v), shown = in.composed(u, v);
+        if (truth == 0 || shown == 0)
+            continue;
+        errors.true_sum += static_cast<float>(std::abs(shown - truth)) / static_cast<float>(truth);
+        errors.expected_sum +=
+            std::max(expected_error(in.confidence(u, v)) - misplaced, confidence_step);
+        ++errors.pixels;
+    }
+}
+
+ComparedErrors compare(const ComparedPixels &pixels, float misplaced) {
+    const ComparedPixels in = pixels;
+    ComparedErrors errors;
+    int compared_columns = 0;
+#if HWY_TARGET != HWY_SCALAR
+    // Four lanes everywhere: sums have one order on every machine.
+    const hn::CappedTag<std::int32_t, 4> d;
+    const hn::RebindToFloat<decltype(d)> df;
+    const hn::Repartition<std::uint16_t, decltype(d)> d16;
+    const hn::Rebind<std::uint16_t, decltype(d)> of_confidences;
+    const hn::Repartition<std::uint8_t, decltype(of_confidences)> d8;
+    constexpr int columns = 2 * static_cast<int>(hn::MaxLanes(d));
+    compared_columns = in.composed.width() / columns * columns;
+    // The first of each pair of pixels is in the lower half.
+    const auto even_columns = [&](const std::uint16_t *from) HWY_ATTR {
+        return hn::And(hn::BitCast(d, hn::LoadU(d16, from)), hn::Set(d, 0xffff));
+    };
+    const auto zero = hn::Zero(d), most = hn::Set(d, measured_confidence);
+    const auto step = hn::Set(df, confidence_step), less = hn::Set(df, misplaced);
+    auto true_sum = hn::Zero(df), expected_sum = hn::Zero(df);
+    auto count = zero;
+    for (int v = 0; v < in.composed.height(); v += 2)
+        for (int u = 0; u < compared_columns; u += columns) {
+            const auto truth = even_columns(in.measured.row(v) + u);
+            const auto shown = even_columns(in.composed.row(v) + u);
+            const auto pairs = hn::LoadU(d8, in.confidence.row(v) + u);
+            const auto confidence = hn::PromoteTo(
+                d, hn::And(hn::BitCast(of_confidences, pairs), hn::Set(of_confidences, 0xff)));
+            const auto both = hn::Gt(hn::Min(truth, shown), zero);
+            const auto there = hn::RebindMask(df, both);
+            const auto difference = hn::ConvertTo(df, hn::Abs(hn::Sub(shown, truth)));
+            true_sum = hn::Add(
+                true_sum, hn::IfThenElseZero(there, hn::Div(difference, hn::ConvertTo(df, truth))));
+            const auto expected =
+                hn::Sub(hn::Mul(hn::ConvertTo(df, hn::Sub(most, confidence)), step), less);
+            expected_sum =
+                hn::Add(expected_sum, hn::IfThenElseZero(there, hn::Max(expected, step)));
+            count = hn::Sub(count, hn::VecFromMask(d, both));
+        }
+    errors.true_sum = hn::GetLane(hn::SumOfLanes(df, true_sum));
+    errors.expected_sum = hn::GetLane(hn::SumOfLanes(df, expected_sum));
+    errors.pixels = hn::GetLane(hn::SumOfLanes(d, count));
+#endif
+    for (int v = 0; v < in.composed.height(); v += 2)
+        compare_singly(in, v, compared_columns, misplaced, errors);
+    return errors;
+}
+
+Overlaid overlay(const std::uint16_t *HWY_RESTRICT measured, int count,
+                 std::uint16_t *HWY_RESTRICT depth, std::uint8_t *HWY_RESTRICT confidence) {
+    Overlaid found;
+    int u = 0;
+#if HWY_TARGET != HWY_SCALAR
+    const Depths d;
+    const Classes d8;
+    const auto none = hn::Zero(d);
+    RunSum sum_run;
+    auto missing = none;
+    // Measures the pixels from `at` on; returns where nothing is measured.
+    const auto measure = [&](int at) HWY_ATTR {
+        const auto in = hn::LoadU(d, measured + at);
+        const auto nothing = hn::VecFromMask(d, hn::Eq(in, none));
+        missing = hn::Sub(missing, nothing);
+        hn::StoreU(hn::Or(in, hn::And(nothing, hn::LoadU(d, depth + at))), d, depth + at);
+        return hn::MaskFromVec(nothing);
+    };
+    for (; u + run <= count; u += run) {
+        const auto left = measure(u), right = measure(u + run / 2);
+        const auto there = hn::Not(narrowed(left, right));
+        hn::StoreU(hn::Or(hn::LoadU(d8, confidence + u), there), d8, confidence + u);
+        sum_run(confidence + u);
+    }
+    static_assert(measured_confidence == 0xff);
+    found.covered = sum_run.get();
+    found.measured = u - static_cast<int>(hn::GetLane(hn::SumOfLanes(d, missing)));
+#endif
+    const int first = u;
+    for (; u < count; ++u) {
+        if (measured[u] == 0)
+            continue;
+        ++found.measured;
+        depth[u] = measured[u];
+        confidence[u] = measured_confidence;
+    }
+    found.covered += sum_singly(confidence + first, count - first);
+    return found;
+}
+
+} // namespace
+} // namespace afterglow::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace afterglow {
+namespace {
+
+HWY_EXPORT(look_up);
+HWY_EXPORT(compare);
+HWY_EXPORT(overlay);
+
+} // namespace
+
+ConfidenceSum look_up_confidences(const JudgedPixels &pixels, const Confidences &of, int first_bin,
+                                  int summed_row, ImageView<std::uint8_t> confidence) {
+    return HWY_DYNAMIC_DISPATCH(look_up)(pixels, of, first_bin, summed_row, confidence);
+}
+
+ComparedErrors compare_errors(const ComparedPixels &pixels, float misplaced) {
+    return HWY_DYNAMIC_DISPATCH(compare)(pixels, misplaced);
+}
+
+Overlaid lay_over(const std::uint16_t *measured, int count, std::uint16_t *depth,
+                  std::uint8_t *confidence) {
+    return HWY_DYNAMIC_DISPATCH(overlay)(measured, count, depth, confidence);
+}
+
+} // namespace afterglow
+#endif

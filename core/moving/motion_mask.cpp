@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/moving/motion_mask.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace afterglow {
+namespace {
+
+constexpr int least_points = 10;
+constexpr float outlier_limit = 2.5f; // in deviations of the points that agree
+/// A point hidden by something nearer than this share of its depth tells nothing.
+constexpr float hidden_share = 0.95f;
+
+} // namespace
+
+MotionMask::MotionMask(const Views &views)
+    : views_(views), same_(views.publishes_tracking()),
+      counts_(cells(views.published.width), cells(views.published.height)),
+      moving_(counts_.width(), counts_.height()) {}
+
+Eigen::Vector2i MotionMask::published_pixel(float u, float v, float depth) const {
+    if (same_)
+        return {static_cast<int>(u), static_cast<int>(v)};
+    const Eigen::Vector3d X =
+        views_.published_from_tracking * views_.tracking.back_project(u, v, depth);
+    if (!(X.z() > 0))
+        return {-1, -1};
+    return views_.published.project(X).array().round().cast<int>();
+}
+
+void MotionMask::find(const AlignmentTemplate &reference, const Pyramid &image,
+                      const Alignment &alignment, DepthView composed) {
+    std::fill(counts_.pixels().begin(), counts_.pixels().end(), Count{});
+    const int level = reference.options().finest_level;
+    const GreyView grey = image.level(level);
+    constexpr float all_count = 1e6f; // expected deviations
+    const float limit = outlier_limit * alignment.residual_scale;
+    const TemplatePoints &points = reference.points(level);
+    PointsSeen seen;
+    Residuals residuals;
+    for (int first = 0; first < points.count; first += TemplatePoints::block) {
+        find_points(points, first, grey, reference.camera(level), alignment, seen);
+        find_residuals(points, first, first + TemplatePoints::block, seen.grey.data(), alignment,
+                       all_count, residuals);
+        for (std::size_t i = 0; i < TemplatePoints::block; ++i) {
+            if (residuals.bin[i] == Residuals::bins)
+                continue;
+            const auto whole = [&](float at) {
+                return static_cast<float>(static_cast<int>(at) << level);
+            };
+            const Eigen::Vector2i at =
+                published_pixel(whole(seen.u[i]), whole(seen.v[i]), seen.depth[i]);
+            const int u = at.x(), v = at.y();
+            if (!composed.contains(u, v))
+                continue;
+            const auto shown = static_cast<float>(composed(u, v));
+            if (shown > 0.0f && shown < hidden_share * 1000.0f * seen.depth[i])
+                continue;
+            Count &cell = counts_(u / cell_px, v / cell_px);
+            ++cell.points;
+            const float error = residuals.error[i];
+            cell.outliers += error * error * residuals.weight[i] > limit * limit;
+        }
+    }
+    for (std::size_t i = 0; i < counts_.pixels().size(); ++i) {
+        const Count cell = counts_.pixels()[i];
+        moving_.pixels()[i] = cell.points >= least_points && 2 * cell.outliers > cell.points;
+    }
+}
+
+} // namespace afterglow
