@@ -148,9 +148,12 @@ void residuals_of(const TemplatePoints &points, int first, int end, const float 
     const float *intensity_at = points.intensity.data() + first;
     for (int i = 0; i < end - first; i += static_cast<int>(hn::Lanes(d))) {
         const auto grey = load_next(d, grey_at), per_s = load_next(d, per_s_at);
-        const auto is_seen = hn::Gt(order(d, grey), hn::Set(di, -1));
-        const auto seen = hn::RebindMask(d, is_seen);
         const auto promised = hn::MulAdd(gain, load_next(d, intensity_at), offset);
+        const auto white_seen = hn::Gt(order(d, grey), order(d, set(nearly_white)));
+        const auto white_promised = hn::Gt(order(d, promised), order(d, set(white)));
+        const auto is_seen = hn::AndNot(hn::And(white_seen, white_promised),
+                                        hn::Gt(order(d, grey), hn::Set(di, -1)));
+        const auto seen = hn::RebindMask(d, is_seen);
         const auto error = hn::IfThenElseZero(seen, hn::Sub(grey, promised));
         const auto r = hn::Mul(hn::Abs(error), per_s);
         const auto robust = hn::Div(width2, hn::MulAdd(r, r, width2));

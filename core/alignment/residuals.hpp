@@ -41,7 +41,9 @@ void find_points(const TemplatePoints &points, int first, GreyView image, const 
 void find_greys(const TemplatePoints &points, int first, int end, GreyView image,
                 const Intrinsics &camera, const Placement &at, std::span<float> grey);
 
-/// The residuals of some blocks of points: grey values seen less what the template promises.
+/// The residuals of some blocks of points: grey values seen less what the template promises. A
+/// point of which more than white is promised, and white is seen, counts as not seen: it tells
+/// nothing.
 struct Residuals {
     static constexpr int bins = 64;
     static constexpr float bin_width = 0.125f; ///< in expected deviations

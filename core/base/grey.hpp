@@ -13,6 +13,11 @@ constexpr int grey_steps = 256;
 /// Grey values per step.
 constexpr float grey_step = 1.0f / grey_steps;
 
+/// The grey value of the brightest place that a camera can show; brighter ones are shown alike.
+constexpr float white = 255;
+/// Means of pixels some of which are white are more than this, about.
+constexpr float nearly_white = 250;
+
 using GreyImage = Image<Grey>;
 using GreyView = ImageView<const Grey>;
 

@@ -59,13 +59,15 @@ ImagePatch describe(GreyView image, int u, int v) {
     return patch;
 }
 
-/// A square between the pixels of an image, which begins at `place`: grey values times `gain`.
-class BetweenPixels {
+/// What an earlier image promises of a square that it shows at `place`, between its pixels.
+class Promise {
 public:
-    BetweenPixels(GreyView image, const Eigen::Vector2f &place, float gain)
-        : image_(image), u_(static_cast<int>(place.x())), v_(static_cast<int>(place.y())) {
+    Promise(GreyView image, const Eigen::Vector2f &place, const Brightness &brightness)
+        : image_(image), u_(static_cast<int>(place.x())), v_(static_cast<int>(place.y())),
+          offset_(hn::Set(D(), brightness.offset)),
+          from_white_(hn::Set(D(), brightness.gain * nearly_white)) {
         const D d;
-        const float per_step = grey_step * gain;
+        const float per_step = grey_step * brightness.gain;
         const float right = place.x() - static_cast<float>(u_);
         const float down = place.y() - static_cast<float>(v_);
         a_ = hn::Set(d, per_step * (1 - right) * (1 - down));
@@ -73,13 +75,18 @@ public:
         c_ = hn::Set(d, per_step * (1 - right) * down);
         e_ = hn::Set(d, per_step * right * down);
     }
-    /// Of the vector that begins in row j and column i.
-    HWY_INLINE hn::Vec<D> at(int i, int j) const {
+    /// How much more is promised than what is there `now`, for the vector that begins in row j and
+    /// column i. What was white may have been brighter, and nothing is shown that is.
+    HWY_INLINE hn::Vec<D> less(hn::Vec<D> now, int i, int j) const {
+        const D d;
         const Grey *const upper = image_.row(v_ + j) + u_ + i;
         const Grey *const lower = upper + image_.stride();
         const auto above = hn::MulAdd(b_, in_steps(upper + 1), hn::Mul(a_, in_steps(upper)));
         const auto below = hn::MulAdd(e_, in_steps(lower + 1), hn::Mul(c_, in_steps(lower)));
-        return hn::Add(above, below);
+        const auto then = hn::Add(above, below);
+        const auto more = hn::Sub(hn::Min(hn::Add(then, offset_), hn::Set(d, white)), now);
+        const auto was_white = hn::RebindMask(d, hn::Gt(order(d, then), order(d, from_white_)));
+        return hn::IfThenElse(was_white, hn::Max(more, hn::Zero(d)), more);
     }
 
 private:
@@ -90,16 +97,18 @@ private:
     GreyView image_;
     int u_, v_;
     hn::Vec<D> a_, b_, c_, e_;
+    hn::Vec<D> offset_, from_white_;
 };
 
-PatchFit fit(const ImagePatch &patch, GreyView image, const Eigen::Vector2f &place, float gain) {
+PatchFit fit(const ImagePatch &patch, GreyView then, const Eigen::Vector2f &place,
+             const Brightness &brightness) {
     const D d;
-    const BetweenPixels seen(image, place, gain);
+    const Promise promise(then, place, brightness);
     auto sum = hn::Zero(d), squares = sum, by_u = sum, by_v = sum;
     for (int j = 0; j < side; ++j)
         for (int i = 0; i < side; i += lanes) {
             const int k = j * side + i;
-            const auto error = hn::Sub(seen.at(i, j), hn::LoadU(d, patch.grey.data() + k));
+            const auto error = promise.less(hn::LoadU(d, patch.grey.data() + k), i, j);
             sum = hn::Add(sum, error);
             squares = hn::MulAdd(error, error, squares);
             by_u = hn::MulAdd(error, hn::LoadU(d, patch.gradient_u.data() + k), by_u);
@@ -119,8 +128,7 @@ void claim(GreyView image, int u, int v, GreyView then, const Eigen::Vector2f &p
            ImageView<std::int32_t> owners) {
     const D d;
     const hn::RebindToSigned<D> di;
-    const BetweenPixels seen(then, place, brightness.gain);
-    const auto offset = hn::Set(d, brightness.offset);
+    const Promise promise(then, place, brightness);
     // With the outermost ones repeated around.
     constexpr int around = side + 2;
     HWY_ALIGN float difference[around][around + 2];
@@ -128,7 +136,7 @@ void claim(GreyView image, int u, int v, GreyView then, const Eigen::Vector2f &p
         float *const row = difference[j + 1];
         for (int i = 0; i < side; i += lanes) {
             const auto now = greys_at(image.row(v + j) + u + i);
-            hn::StoreU(hn::Abs(hn::Sub(hn::Add(seen.at(i, j), offset), now)), d, row + 1 + i);
+            hn::StoreU(hn::Abs(promise.less(now, i, j)), d, row + 1 + i);
         }
         row[0] = row[1];
         row[side + 1] = row[side];
@@ -181,9 +189,9 @@ bool shows_patch(GreyView image, const Eigen::Vector2f &place) {
            place.y() < beyond(image.height());
 }
 
-PatchFit fit_patch(const ImagePatch &patch, GreyView image, const Eigen::Vector2f &place,
-                   float gain) {
-    return HWY_DYNAMIC_DISPATCH(fit)(patch, image, place, gain);
+PatchFit fit_patch(const ImagePatch &patch, GreyView then, const Eigen::Vector2f &place,
+                   const Brightness &brightness) {
+    return HWY_DYNAMIC_DISPATCH(fit)(patch, then, place, brightness);
 }
 
 void claim_pixels(GreyView image, int u, int v, GreyView then, const Eigen::Vector2f &place,

@@ -33,6 +33,12 @@ struct ImagePatch {
 /// The patch whose first pixel is (u, v): 1 <= u < image.width() - side, v alike. Real-time safe.
 ImagePatch patch_at(GreyView image, int u, int v);
 
+/// What a grey value of an earlier image has become: `gain` times it, more by `offset`, and white
+/// at most. One that was nearly white may have become any brighter one.
+struct Brightness {
+    float gain = 1, offset = 0;
+};
+
 /// How a patch differs from what an image shows at a place.
 struct PatchFit {
     float mean_square = 0; ///< of the difference without its mean, grey values squared
@@ -44,15 +50,11 @@ struct PatchFit {
 /// Whether an image shows all of a patch whose first pixel is at `place`.
 bool shows_patch(GreyView image, const Eigen::Vector2f &place);
 
-/// Compares a patch with what an image, its grey values times `gain`, shows at `place` (its first
+/// Compares a patch with what an earlier image, in the light of now, shows at `place` (its first
 /// pixel, bilinear). The image shows all of it. Real-time safe.
-PatchFit fit_patch(const ImagePatch &patch, GreyView image, const Eigen::Vector2f &place,
-                   float gain);
+PatchFit fit_patch(const ImagePatch &patch, GreyView then, const Eigen::Vector2f &place,
+                   const Brightness &brightness);
 
-/// The grey values of an image, times a gain and more by an offset.
-struct Brightness {
-    float gain = 1, offset = 0;
-};
 /// Compares the square of a patch that begins at pixel (u, v) of `image` with the square that
 /// begins at `place` of `then`, which shows all of it. A pixel's difference is the mean absolute
 /// difference of 3 x 3 pixels, grey values; those beyond the square's border count as the border's.

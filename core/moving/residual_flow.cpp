@@ -78,7 +78,7 @@ void ResidualFlow::find(const Then &then, const Pyramid &now, const Placement &a
         leave_out(moving);
         return;
     }
-    const Search in = {then, now.level(level_), at, at.pose.inverse(), composed};
+    const Search in = {then, now.level(level_), {at.gain, at.offset}, at.pose.inverse(), composed};
     if (choose_patches(moving))
         match_patches(in);
     densify(in);
@@ -156,7 +156,7 @@ void ResidualFlow::match(int x, int y, const Search &in) {
     if (!shows_patch(in.then.image, patch.place))
         return;
     const ImagePatch seen = patch_at(in.now, first.x(), first.y());
-    patch.fit = fit_patch(seen, in.then.image, patch.place, in.at.gain);
+    patch.fit = fit_patch(seen, in.then.image, patch.place, in.brightness);
     patch.still = patch.fit.mean_square;
     if (patch.still < same_grey * same_grey)
         return;
@@ -207,7 +207,7 @@ bool ResidualFlow::try_flow(const Eigen::Vector2f &flow, const ImagePatch &seen,
                             Patch &patch) {
     if (!shows_patch(in.then.image, patch.place + flow))
         return false;
-    const PatchFit fit = fit_patch(seen, in.then.image, patch.place + flow, in.at.gain);
+    const PatchFit fit = fit_patch(seen, in.then.image, patch.place + flow, in.brightness);
     if (!(fit.mean_square < patch.fit.mean_square))
         return false;
     patch.fit = fit;
@@ -266,8 +266,8 @@ void ResidualFlow::densify(const Search &in) {
             const Eigen::Vector2f place = patch.place + patch.flow;
             if (shows_patch(in.then.image, place))
                 claim_pixels(in.now, first_pixel(x), first_pixel(y), in.then.image, place,
-                             {in.at.gain, in.at.offset},
-                             patch.moves ? y * patches_.width() + x : -1, least_, owner_);
+                             in.brightness, patch.moves ? y * patches_.width() + x : -1, least_,
+                             owner_);
         }
     for (int v = area.top; v < area.bottom; ++v)
         for (int u = area.left; u < area.right; ++u) {

@@ -79,7 +79,7 @@ private:
     struct Search {
         Then then;
         GreyView now; ///< of the level
-        const Placement &at;
+        Brightness brightness;
         Pose to_then; ///< points of the new image's frame to the keyframe's
         DepthView composed;
     };

@@ -105,6 +105,24 @@ TEST_CASE("direct alignment separates a change of exposure from a change of pose
     CHECK(alignment.gain * 100 + alignment.offset == Approx(100).margin(3));
 }
 
+TEST_CASE("direct alignment knows that a camera shows nothing brighter than white", "[core]") {
+    Pair pair(4);
+    const double gain = GENERATE(1.4, 1.55, 1.7);
+    double white_pixels = 0;
+    for (std::uint8_t &grey : pair.luma.pixels()) {
+        white_pixels += gain * grey > 255;
+        grey = static_cast<std::uint8_t>(std::min(255.0, gain * grey));
+    }
+    CAPTURE(gain, white_pixels);
+    REQUIRE(white_pixels > 0.05 * options.width * options.height);
+    const Alignment alignment = pair.align();
+    CAPTURE(alignment.gain, alignment.offset);
+    REQUIRE(alignment.good);
+    CHECK(pair.error_px(alignment.pose) < 0.1);
+    CHECK(alignment.gain * 100 + alignment.offset == Approx(100 * gain).margin(3));
+    CHECK(alignment.inlier_share > 0.8f);
+}
+
 TEST_CASE("direct alignment is robust to an occluder over a third of the image", "[core]") {
     Pair pair(4);
     for (int v = 0; v < options.height; ++v)
@@ -156,7 +174,10 @@ TEST_CASE("direct alignment rejects images of other scenes", "[core]") {
 
 TEST_CASE("points of a template are found in an image as a reference computes it", "[core]") {
     AFTERGLOW_ON_EACH_INSTRUCTION_SET();
-    const Pair pair(4);
+    Pair pair(4);
+    const float brighter = GENERATE(1.0f, 2.0f); // more than a camera shows
+    for (std::uint8_t &grey : pair.luma.pixels())
+        grey = static_cast<std::uint8_t>(std::min(white, brighter * static_cast<float>(grey)));
     const Intrinsics &full = pair.truth.intrinsics();
     Pyramid image(full.width, full.height, TemplateOptions{}.coarsest_level);
     image.build(pair.luma);
@@ -167,14 +188,14 @@ TEST_CASE("points of a template are found in an image as a reference computes it
     Placement at;
     at.pose = {rotation({0.01, 0.05, -0.02}), {0.1, 0, -0.05}};
     at.skew = {0.01f, -0.02f, 0.005f};
-    at.gain = 0.9f;
+    at.gain = 0.9f * brighter;
     at.offset = 7;
     constexpr float robust_width = 4;
     std::vector<float> greys(points.x.size());
     find_greys(points, 0, static_cast<int>(greys.size()), grey, camera, at, greys);
     PointsSeen found;
     Residuals residuals;
-    int seen = 0, unseen = 0;
+    int seen = 0, unseen = 0, whites = 0;
     for (int first = 0; first < points.count; first += TemplatePoints::block) {
         find_points(points, first, grey, camera, at, found);
         find_residuals(points, first, first + TemplatePoints::block, found.grey.data(), at,
@@ -215,7 +236,14 @@ TEST_CASE("points of a template are found in an image as a reference computes it
             const double value = (1 - fv) * ((1 - fu) * grey(u, v) + fu * grey(u + 1, v)) +
                                  fv * ((1 - fu) * grey(u, v + 1) + fu * grey(u + 1, v + 1));
             REQUIRE(found.grey[i] == Approx(double{grey_step} * value).margin(0.1));
-            const double error = greys[k] - at.gain * points.intensity[k] - at.offset;
+            const float promised = at.gain * points.intensity[k] + at.offset;
+            if (greys[k] > nearly_white && promised > white) {
+                REQUIRE(residuals.weight[i] == 0.0f);
+                REQUIRE(residuals.bin[i] == Residuals::bins);
+                ++whites;
+                continue;
+            }
+            const double error = greys[k] - promised;
             REQUIRE(residuals.error[i] == Approx(error).margin(1e-3));
             const double s2 = 1 / (double(points.per_s[k]) * points.per_s[k]);
             const double r2 = error * error / s2, robust = 16 / (r2 + 16);
@@ -224,8 +252,9 @@ TEST_CASE("points of a template are found in an image as a reference computes it
             ++seen;
         }
     }
-    CHECK(seen > 500);
+    CHECK(seen > (brighter == 1 ? 500 : 100));
     CHECK(unseen > 10);
+    CHECK((whites > 100) == (brighter > 1));
 }
 
 TEST_CASE("a template's derivatives are those of what an image shows at its points", "[core]") {

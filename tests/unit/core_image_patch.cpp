@@ -16,11 +16,14 @@ namespace {
 
 constexpr int side = ImagePatch::side;
 
+/// A third of the pixels are white, so that some places between pixels are, too.
 GreyImage noise_image(unsigned seed) {
     GreyImage image(23, 19);
     std::mt19937 random(seed);
-    std::uniform_int_distribution<int> any(0, 255 * grey_steps);
-    std::ranges::generate(image.pixels(), [&] { return static_cast<Grey>(any(random)); });
+    std::uniform_int_distribution<int> any(0, 380 * grey_steps);
+    std::ranges::generate(image.pixels(), [&] {
+        return static_cast<Grey>(std::min(any(random), static_cast<int>(white) * grey_steps));
+    });
     return image;
 }
 /// A smooth picture, `du` and `dv` pixels farther right and down.
@@ -43,6 +46,11 @@ float between(const GreyImage &image, float u, float v) {
     return (1 - d) * ((1 - r) * grey_at(image, x, y) + r * grey_at(image, x + 1, y)) +
            d * ((1 - r) * grey_at(image, x, y + 1) + r * grey_at(image, x + 1, y + 1));
 }
+/// How much more the grey value `then` promises than is there `now`.
+float error_of(float then, const Brightness &brightness, float now) {
+    const float more = std::min(brightness.gain * then + brightness.offset, white) - now;
+    return then > nearly_white ? std::max(more, 0.0f) : more;
+}
 
 } // namespace
 
@@ -52,9 +60,10 @@ TEST_CASE("an image patch is compared with another image after both means are ta
     const GreyImage now = noise_image(1), then = noise_image(2);
     const int u = GENERATE(1, 5, 14), v = GENERATE(1, 10);
     const Eigen::Vector2f place = {GENERATE(0.0f, 3.25f, 14.9f), GENERATE(0.0f, 7.5f)};
-    const float gain = 0.8f;
+    // Some of both images is white.
+    const Brightness brightness{GENERATE(0.8f, 1.3f), GENERATE(-4.0f, 6.0f)};
     REQUIRE(shows_patch(then, place));
-    const PatchFit fit = fit_patch(patch_at(now, u, v), then, place, gain);
+    const PatchFit fit = fit_patch(patch_at(now, u, v), then, place, brightness);
 
     // The same in double precision, by the definitions.
     double mean = 0, mean_u = 0, mean_v = 0;
@@ -62,9 +71,9 @@ TEST_CASE("an image patch is compared with another image after both means are ta
         for (int j = 0; j < side; ++j)
             for (int i = 0; i < side; ++i) {
                 const int x = u + i, y = v + j;
-                const double seen = between(then, place.x() + static_cast<float>(i),
-                                            place.y() + static_cast<float>(j));
-                visit(double{gain} * seen - grey_at(now, x, y),
+                const float seen = between(then, place.x() + static_cast<float>(i),
+                                           place.y() + static_cast<float>(j));
+                visit(error_of(seen, brightness, grey_at(now, x, y)),
                       0.5 * (grey_at(now, x + 1, y) - grey_at(now, x - 1, y)),
                       0.5 * (grey_at(now, x, y + 1) - grey_at(now, x, y - 1)));
             }
@@ -88,6 +97,29 @@ TEST_CASE("an image patch is compared with another image after both means are ta
     CHECK((fit.step.cast<double>() - step).norm() < 1e-3);
 }
 
+TEST_CASE("an image patch that has become brighter than a camera shows differs in nothing",
+          "[core]") {
+    AFTERGLOW_ON_EACH_INSTRUCTION_SET();
+    const auto seen_at = [](float gain) {
+        GreyImage image = waves(0, 0);
+        for (Grey &grey : image.pixels())
+            grey = static_cast<Grey>(std::min(gain * static_cast<float>(grey), white * grey_steps));
+        return image;
+    };
+    const float then_gain = GENERATE(1.0f, 1.6f, 2.5f), now_gain = GENERATE(1.0f, 1.6f, 2.5f);
+    const Brightness brightness{now_gain / then_gain, 0};
+    const GreyImage then = seen_at(then_gain), now = seen_at(now_gain);
+    CHECK(fit_patch(patch_at(now, 15, 10), then, {15, 10}, brightness).mean_square < 1);
+    Image<float> least(now.width(), now.height(), std::numeric_limits<float>::max());
+    Image<std::int32_t> owners(now.width(), now.height(), -1);
+    claim_pixels(now, 15, 10, then, {15, 10}, brightness, 7, least, owners);
+    for (int v = 10; v < 10 + side; ++v)
+        for (int u = 15; u < 15 + side; ++u) {
+            CHECK(least(u, v) < 1);
+            CHECK(owners(u, v) == 7);
+        }
+}
+
 TEST_CASE("Gauss-Newton steps find a displaced image patch between pixels", "[core]") {
     AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     const GreyImage then = waves(0, 0), now = waves(1.3f, -0.8f);
@@ -95,10 +127,10 @@ TEST_CASE("Gauss-Newton steps find a displaced image patch between pixels", "[co
     REQUIRE(patch.is_distinct());
     Eigen::Vector2f place = {15, 10};
     for (int i = 0; i < 6; ++i)
-        place += fit_patch(patch, then, place, 1).step;
+        place += fit_patch(patch, then, place, {}).step;
     CHECK(place.x() == Approx(13.7).margin(0.05));
     CHECK(place.y() == Approx(10.8).margin(0.05));
-    CHECK(fit_patch(patch, then, place, 1).mean_square < 1);
+    CHECK(fit_patch(patch, then, place, {}).mean_square < 1);
 }
 
 TEST_CASE("an image patch without gradients in two directions is not distinct", "[core]") {
@@ -142,8 +174,7 @@ TEST_CASE("each pixel is owned by the image patch that differs least around it",
             j = std::clamp(j, 0, side - 1);
             const float seen =
                 between(then, place.x() + static_cast<float>(i), place.y() + static_cast<float>(j));
-            return std::abs(brightness.gain * seen + brightness.offset -
-                            grey_at(now, u + i, v + j));
+            return std::abs(error_of(seen, brightness, grey_at(now, u + i, v + j)));
         };
         for (int j = 0; j < side; ++j)
             for (int i = 0; i < side; ++i) {
