@@ -107,6 +107,11 @@ void FootageArguments::add_to(CLI::App &command) {
     command.add_option("--motion", motion, "Speed of the synthetic camera, relative; 0 = still")
         ->check(CLI::Range(0.0, 100.0));
     command.add_flag("--noise,!--no-noise", noise, "The synthetic cameras' noise");
+    command
+        .add_option(
+            "--exposure-changes", exposure_changes,
+            "Let the exposure of the images drift and jump, up to so many stops up and down")
+        ->check(CLI::Range(0.0, 4.0));
     command.add_option("--skip", order.skip, "Leave out so many frames at a recording's start")
         ->check(CLI::Range(0, std::numeric_limits<int>::max()));
     command.add_option("--every", order.every, "Show only each so many-th frame of a recording")
@@ -157,12 +162,14 @@ Result<Footage> FootageArguments::open(const std::string &dataset) const {
         options.frames = frames > 0 ? frames : synthetic_frames;
         options.noise = noise;
         options.motion = motion;
+        options.exposure_changes = exposure_changes;
         return open_synthetic_footage(options, dataset);
     }
     auto footage = open_recorded_footage(dataset, {.layout = layout,
                                                    .frames = frames,
                                                    .wake_latency = wake_latency,
                                                    .order = order,
+                                                   .exposure_changes = exposure_changes,
                                                    .rig = rig});
     if (footage && !footage->assumed.empty())
         fmt::print(stderr, "{}: {}\n", dataset, footage->assumed);

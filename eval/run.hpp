@@ -48,6 +48,7 @@ struct FootageArguments {
     std::uint64_t seed = 1;
     double motion = 1;
     bool noise = true;
+    double exposure_changes = 0;
     FrameOrder order{}; ///< of recordings alone
     RecordedRig rig{};  ///< of recordings alone
 

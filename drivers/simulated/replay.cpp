@@ -4,6 +4,7 @@
 #include "drivers/files/image_file.hpp"
 #include "drivers/files/recording.hpp"
 #include "drivers/simulated/sequence_rig.hpp"
+#include "drivers/simulated/synthetic/exposure.hpp"
 
 #include <fmt/format.h>
 
@@ -22,7 +23,8 @@ constexpr std::int64_t usual_interval_ns = 33'333'333;
 
 class RecordedSequence : public FrameSequence {
 public:
-    RecordedSequence(Recording recording, bool loop) : recording_(std::move(recording)) {
+    RecordedSequence(Recording recording, bool loop, double exposure_changes)
+        : recording_(std::move(recording)), exposure_(1, exposure_changes) {
         const auto &entries = recording_.entries;
         period_ns_ = round_length_ns(recording_);
         // An untrusted file may say that it took centuries: end before time overflows.
@@ -49,7 +51,10 @@ public:
     }
 
     Status read_luma(std::uint64_t k, ImageView<std::uint8_t> luma) override {
-        return afterglow::read_luma(entry(k).color_path, luma);
+        const Status read = afterglow::read_luma(entry(k).color_path, luma);
+        if (read)
+            exposure_.apply(1e-9 * static_cast<double>(*time_ns(k) - *time_ns(0)), luma);
+        return read;
     }
 
     Status read_depth(std::uint64_t k, ImageView<std::uint16_t> depth) override {
@@ -62,6 +67,7 @@ private:
     }
 
     Recording recording_;
+    Exposure exposure_;
     std::int64_t period_ns_;       ///< from one round's first image to the next's
     std::uint64_t last_round_ = 0; ///< 0: there is no second
 };
@@ -116,6 +122,8 @@ Result<Rig> open_replay(const ReplayOptions &options) {
         return Error{"replay: wake_latency_frames and frames may not be negative", EINVAL};
     if (!(options.speed > 0))
         return Error{"replay: the speed must be more than 0", EINVAL};
+    if (!(options.exposure_changes >= 0 && options.exposure_changes <= 4))
+        return Error{"replay: exposure_changes must be from 0 to 4 stops", EINVAL};
     if (const std::string problem = problem_with_rig(options); !problem.empty())
         return Error{"replay: " + problem, EINVAL};
     Result<Recording> recording = open_recording(options.path, std::nullopt, options.rig);
@@ -129,7 +137,8 @@ Result<Rig> open_replay(const ReplayOptions &options) {
         warning = fmt::format("{} frames of the recording are left out; the first: {}",
                               recording->skipped, recording->skipped_reason);
     const double round_ns = static_cast<double>(round_length_ns(*recording)) / options.speed;
-    Rig rig = make_rig(std::make_unique<RecordedSequence>(*std::move(recording), options.loop),
+    Rig rig = make_rig(std::make_unique<RecordedSequence>(*std::move(recording), options.loop,
+                                                          options.exposure_changes),
                        {.real_time = options.real_time,
                         .wake_latency_frames = options.wake_latency_frames,
                         .frames = options.frames,

@@ -69,6 +69,7 @@ Result<Footage> open_recorded_footage(const std::string &source, const RecordedO
                             .wake_latency_frames = options.wake_latency,
                             .frames = options.frames,
                             .order = options.order,
+                            .exposure_changes = options.exposure_changes,
                             .rig = cameras});
     if (!rig)
         return rig.error();

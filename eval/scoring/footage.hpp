@@ -55,7 +55,8 @@ struct RecordedOptions {
     std::string layout{}; ///< docs/datasets.md; empty: recognised by its files
     int frames = 0;       ///< only the first so many; 0: all
     int wake_latency = 0;
-    FrameOrder order{}; ///< in which frames are shown
+    FrameOrder order{};          ///< in which frames are shown
+    double exposure_changes = 0; ///< ReplayOptions'
     RecordedRig rig{};
 };
 

@@ -77,6 +77,25 @@ TEST_CASE("a replay gives the recording's images, depth and times") {
     CHECK(rig.color->read(f.color, 0ns) == Capture::ended);
 }
 
+TEST_CASE("a replay changes the exposure of its images alone, and always in the same way") {
+    const Recorded recorded;
+    ReplayOptions options;
+    options.exposure_changes = 2;
+    Rig rig = recorded.open(options), again = recorded.open(options);
+    REQUIRE(rig.illuminator->set(true));
+    Frames f, g;
+    bool changed = false;
+    for (int k = 0; k < frames; ++k) {
+        REQUIRE(rig.color->read(f.color, 0ns) == Capture::frame);
+        REQUIRE(again.color->read(g.color, 0ns) == Capture::frame);
+        CHECK(f.color.luma == g.color.luma);
+        changed |= f.color.luma != Luma(16, 12, static_cast<std::uint8_t>(10 * k));
+        REQUIRE(rig.tof->read(f.depth, 0ns) == Capture::frame);
+        CHECK(f.depth.depth == DepthMap(16, 12, static_cast<std::uint16_t>(1000 + k)));
+    }
+    CHECK(changed);
+}
+
 TEST_CASE("a looping replay continues timestamps and frame numbers") {
     const Recorded recorded;
     Rig rig = recorded.open({.path = {}, .loop = true});
@@ -181,4 +200,6 @@ TEST_CASE("a replay with an empty recording or negative options is refused") {
     CHECK_FALSE(open_replay({.path = empty.path()}));
     CHECK_FALSE(open_replay({.path = recorded.folder / "r", .wake_latency_frames = -1}));
     CHECK_FALSE(open_replay({.path = recorded.folder / "r", .frames = -1}));
+    CHECK_FALSE(open_replay({.path = recorded.folder / "r", .exposure_changes = -1}));
+    CHECK_FALSE(open_replay({.path = recorded.folder / "r", .exposure_changes = 5}));
 }
