@@ -59,10 +59,10 @@ ImagePatch describe(GreyView image, int u, int v) {
     return patch;
 }
 
-/// What an earlier image promises of a square that it shows at `place`, between its pixels.
-class Promise {
+/// What is expected of a square that an earlier image shows at `place`, between its pixels.
+class ExpectedSquare {
 public:
-    Promise(GreyView image, const Eigen::Vector2f &place, const Brightness &brightness)
+    ExpectedSquare(GreyView image, const Eigen::Vector2f &place, const Brightness &brightness)
         : image_(image), u_(static_cast<int>(place.x())), v_(static_cast<int>(place.y())),
           offset_(hn::Set(D(), brightness.offset)),
           from_white_(hn::Set(D(), brightness.gain * nearly_white)) {
@@ -75,9 +75,10 @@ public:
         c_ = hn::Set(d, per_step * (1 - right) * down);
         e_ = hn::Set(d, per_step * right * down);
     }
-    /// How much more is promised than what is there `now`, for the vector that begins in row j and
-    /// column i. What was white may have been brighter, and nothing is shown that is.
-    HWY_INLINE hn::Vec<D> less(hn::Vec<D> now, int i, int j) const {
+    /// How much brighter than what is there `now` the vector is expected that begins in row j and
+    /// column i. It is not expected brighter than white, and what was white may have become any
+    /// brighter value.
+    HWY_INLINE hn::Vec<D> excess(hn::Vec<D> now, int i, int j) const {
         const D d;
         const Grey *const upper = image_.row(v_ + j) + u_ + i;
         const Grey *const lower = upper + image_.stride();
@@ -103,12 +104,12 @@ private:
 PatchFit fit(const ImagePatch &patch, GreyView then, const Eigen::Vector2f &place,
              const Brightness &brightness) {
     const D d;
-    const Promise promise(then, place, brightness);
+    const ExpectedSquare expected(then, place, brightness);
     auto sum = hn::Zero(d), squares = sum, by_u = sum, by_v = sum;
     for (int j = 0; j < side; ++j)
         for (int i = 0; i < side; i += lanes) {
             const int k = j * side + i;
-            const auto error = promise.less(hn::LoadU(d, patch.grey.data() + k), i, j);
+            const auto error = expected.excess(hn::LoadU(d, patch.grey.data() + k), i, j);
             sum = hn::Add(sum, error);
             squares = hn::MulAdd(error, error, squares);
             by_u = hn::MulAdd(error, hn::LoadU(d, patch.gradient_u.data() + k), by_u);
@@ -128,7 +129,7 @@ void claim(GreyView image, int u, int v, GreyView then, const Eigen::Vector2f &p
            ImageView<std::int32_t> owners) {
     const D d;
     const hn::RebindToSigned<D> di;
-    const Promise promise(then, place, brightness);
+    const ExpectedSquare expected(then, place, brightness);
     // With the outermost ones repeated around.
     constexpr int around = side + 2;
     HWY_ALIGN float difference[around][around + 2];
@@ -136,7 +137,7 @@ void claim(GreyView image, int u, int v, GreyView then, const Eigen::Vector2f &p
         float *const row = difference[j + 1];
         for (int i = 0; i < side; i += lanes) {
             const auto now = greys_at(image.row(v + j) + u + i);
-            hn::StoreU(hn::Abs(promise.less(now, i, j)), d, row + 1 + i);
+            hn::StoreU(hn::Abs(expected.excess(now, i, j)), d, row + 1 + i);
         }
         row[0] = row[1];
         row[side + 1] = row[side];

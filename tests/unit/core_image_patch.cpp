@@ -46,8 +46,8 @@ float between(const GreyImage &image, float u, float v) {
     return (1 - d) * ((1 - r) * grey_at(image, x, y) + r * grey_at(image, x + 1, y)) +
            d * ((1 - r) * grey_at(image, x, y + 1) + r * grey_at(image, x + 1, y + 1));
 }
-/// How much more the grey value `then` promises than is there `now`.
-float error_of(float then, const Brightness &brightness, float now) {
+/// How much brighter than `now` a pixel is expected that had the grey value `then`.
+float excess(float then, const Brightness &brightness, float now) {
     const float more = std::min(brightness.gain * then + brightness.offset, white) - now;
     return then > nearly_white ? std::max(more, 0.0f) : more;
 }
@@ -73,7 +73,7 @@ TEST_CASE("an image patch is compared with another image after both means are ta
                 const int x = u + i, y = v + j;
                 const float seen = between(then, place.x() + static_cast<float>(i),
                                            place.y() + static_cast<float>(j));
-                visit(error_of(seen, brightness, grey_at(now, x, y)),
+                visit(excess(seen, brightness, grey_at(now, x, y)),
                       0.5 * (grey_at(now, x + 1, y) - grey_at(now, x - 1, y)),
                       0.5 * (grey_at(now, x, y + 1) - grey_at(now, x, y - 1)));
             }
@@ -174,7 +174,7 @@ TEST_CASE("each pixel is owned by the image patch that differs least around it",
             j = std::clamp(j, 0, side - 1);
             const float seen =
                 between(then, place.x() + static_cast<float>(i), place.y() + static_cast<float>(j));
-            return std::abs(error_of(seen, brightness, grey_at(now, u + i, v + j)));
+            return std::abs(excess(seen, brightness, grey_at(now, u + i, v + j)));
         };
         for (int j = 0; j < side; ++j)
             for (int i = 0; i < side; ++i) {
