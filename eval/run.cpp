@@ -3,6 +3,7 @@
 
 #include "config/parameter_table.hpp"
 #include "core/base/printable.hpp"
+#include "drivers/simulated/synthetic/exposure.hpp"
 #include "eval/baselines/oracle.hpp"
 #include "eval/dump.hpp"
 #include "eval/import.hpp"
@@ -111,7 +112,7 @@ void FootageArguments::add_to(CLI::App &command) {
         .add_option(
             "--exposure-changes", exposure_changes,
             "Let the exposure of the images drift and jump, up to so many stops up and down")
-        ->check(CLI::Range(0.0, 4.0));
+        ->check(CLI::Range(0.0, Exposure::most_stops));
     command.add_option("--skip", order.skip, "Leave out so many frames at a recording's start")
         ->check(CLI::Range(0, std::numeric_limits<int>::max()));
     command.add_option("--every", order.every, "Show only each so many-th frame of a recording")

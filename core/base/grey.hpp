@@ -15,7 +15,7 @@ constexpr float grey_step = 1.0f / grey_steps;
 
 /// The grey value of the brightest place that a camera can show; brighter ones are shown alike.
 constexpr float white = 255;
-/// Means of pixels some of which are white are more than this, about.
+/// A grey value above this is taken for the mean of white pixels.
 constexpr float nearly_white = 250;
 
 using GreyImage = Image<Grey>;

@@ -34,7 +34,7 @@ struct ImagePatch {
 ImagePatch patch_at(GreyView image, int u, int v);
 
 /// What a grey value of an earlier image has become: `gain` times it, more by `offset`, and white
-/// at most. One that was nearly white may have become any brighter one.
+/// at most. One above nearly_white may have become any brighter value.
 struct Brightness {
     float gain = 1, offset = 0;
 };
@@ -50,8 +50,8 @@ struct PatchFit {
 /// Whether an image shows all of a patch whose first pixel is at `place`.
 bool shows_patch(GreyView image, const Eigen::Vector2f &place);
 
-/// Compares a patch with what an earlier image, in the light of now, shows at `place` (its first
-/// pixel, bilinear). The image shows all of it. Real-time safe.
+/// Compares a patch with what an earlier image shows at `place` (its first pixel, bilinear), whose
+/// grey values have changed by `brightness`. The image shows all of it. Real-time safe.
 PatchFit fit_patch(const ImagePatch &patch, GreyView then, const Eigen::Vector2f &place,
                    const Brightness &brightness);
 

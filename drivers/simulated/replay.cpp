@@ -122,7 +122,7 @@ Result<Rig> open_replay(const ReplayOptions &options) {
         return Error{"replay: wake_latency_frames and frames may not be negative", EINVAL};
     if (!(options.speed > 0))
         return Error{"replay: the speed must be more than 0", EINVAL};
-    if (!(options.exposure_changes >= 0 && options.exposure_changes <= 4))
+    if (!(options.exposure_changes >= 0 && options.exposure_changes <= Exposure::most_stops))
         return Error{"replay: exposure_changes must be from 0 to 4 stops", EINVAL};
     if (const std::string problem = problem_with_rig(options); !problem.empty())
         return Error{"replay: " + problem, EINVAL};

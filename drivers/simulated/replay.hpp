@@ -19,7 +19,7 @@ struct ReplayOptions {
     int wake_latency_frames = 0; ///< images between light on and the first depth map
     int frames = 0;              ///< stop after so many; 0 = all of them
     FrameOrder order{};          ///< before `frames` are counted
-    double exposure_changes = 0; ///< as SyntheticOptions has it, 0 to 4 stops
+    double exposure_changes = 0; ///< of images, SyntheticOptions has the same; stops
     double speed = 1;            ///< of the recorded pace
     /// At the recorded pace: rounds begin at whole multiples of their length on CLOCK_MONOTONIC, in
     /// step with all others who play the recording so.

@@ -56,7 +56,7 @@ struct RecordedOptions {
     int frames = 0;       ///< only the first so many; 0: all
     int wake_latency = 0;
     FrameOrder order{};          ///< in which frames are shown
-    double exposure_changes = 0; ///< ReplayOptions'
+    double exposure_changes = 0; ///< of images, as in ReplayOptions; stops
     RecordedRig rig{};
 };
 

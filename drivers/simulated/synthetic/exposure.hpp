@@ -10,6 +10,8 @@ namespace afterglow {
 /// The automatic exposure of a camera: slow drift, and every two seconds a jump.
 class Exposure {
 public:
+    static constexpr double most_stops = 4;
+
     /// `stops`: the factor is from 2^-stops to 2^stops; 0 = always 1.
     Exposure(std::uint64_t seed, double stops) : seed_(seed), stops_(stops) {}
 

@@ -108,7 +108,7 @@ std::string problem_with(const SyntheticOptions &options) {
         if (std::string problem = problem_with(*options.rig); !problem.empty())
             return problem;
     }
-    if (!(options.exposure_changes >= 0 && options.exposure_changes <= 4))
+    if (!(options.exposure_changes >= 0 && options.exposure_changes <= Exposure::most_stops))
         return "exposure_changes must be from 0 to 4 stops";
     if (!(options.multipath >= 0 && options.multipath <= 10))
         return "multipath must be from 0 to 10";
