@@ -9,6 +9,20 @@
 namespace afterglow {
 namespace {
 
+/// Root mean square gradient, grey values per pixel, from which on an image has full contrast.
+constexpr float full_contrast = 27;
+/// Of less, too little is left in whole grey values.
+constexpr float least_contrast = 0.15f;
+
+float contrast_of(const FoundPoints &found, int count) {
+    float squares = 0;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
+        squares +=
+            found.gradient_u[i] * found.gradient_u[i] + found.gradient_v[i] * found.gradient_v[i];
+    const float gradient = std::sqrt(squares / static_cast<float>(std::max(count, 1)));
+    return std::clamp(gradient / full_contrast, least_contrast, 1.0f);
+}
+
 /// Depth of pixel (u, v) of a level: mean of four readings that it covers if they lie on one
 /// surface and away from depth edges, 0 otherwise. Two of them may be missing.
 float level_depth(const DepthSurface &surface, int level, int u, int v) {
@@ -74,17 +88,27 @@ AlignmentTemplate::AlignmentTemplate(const Intrinsics &camera, const TemplateOpt
 }
 
 void AlignmentTemplate::build(const Pyramid &image, const DepthSurface &surface) {
-    for (int l = options_.finest_level; l <= options_.coarsest_level; ++l)
-        build_level(l, image.level(l), surface);
+    const int finest = options_.finest_level;
+    float contrast = 1;
+    for (int l = options_.coarsest_level; l >= finest; --l) {
+        TemplatePoints &points = levels_[l];
+        find_level(l, image.level(l), surface, l == finest ? contrast : 1);
+        contrast = contrast_of(found_, points.count);
+        // On coarse levels images are displaced, and may differ by more than noise.
+        points.contrast = l == finest ? contrast : 1;
+        complete_points(found_, cameras_[l], options_, points);
+    }
 }
 
-// The pixel with the steepest gradient in each cell becomes a point.
-void AlignmentTemplate::build_level(int level, GreyView image, const DepthSurface &surface) {
+// The pixel with the steepest gradient in each cell becomes a point. `contrast`: about the level's.
+void AlignmentTemplate::find_level(int level, GreyView image, const DepthSurface &surface,
+                                   float contrast) {
     const int w = image.width(), h = image.height();
     TemplatePoints &points = levels_[level];
     const int cell = Cells(w, h, options_.points_per_level).size;
     // A central difference halves the noise variance; halving the image halves its deviation.
-    const float weakest = 2.0f * options_.pixel_noise / static_cast<float>(1 << std::min(level, 2));
+    const float weakest =
+        2.0f * contrast * options_.pixel_noise / static_cast<float>(1 << std::min(level, 2));
     points.count = 0;
     for (int v0 = 1; v0 < h - 1; v0 += cell) {
         find_steepest(image, v0, std::min(v0 + cell, h - 1), steepness_, steepest_row_);
@@ -116,7 +140,6 @@ void AlignmentTemplate::build_level(int level, GreyView image, const DepthSurfac
             points.intensity[i] = grey_step * static_cast<float>(image(best_u, best_v));
         }
     }
-    complete_points(found_, cameras_[level], options_, points);
 }
 
 } // namespace afterglow

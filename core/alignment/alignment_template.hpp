@@ -18,11 +18,11 @@ struct TemplateOptions {
     int coarsest_level = 4;
     /// Most points kept on a level; the strongest gradients of each cell of the image win.
     int points_per_level = 4000;
-    /// Grey values: standard deviation of one pixel's noise. Weaker gradients are no points, and
-    /// residuals are weighted by it.
+    /// Grey values: standard deviation of one pixel's noise, in an image of full contrast. Weaker
+    /// gradients are no points, and residuals are weighted by it.
     float pixel_noise = 2.0f;
     /// Standard deviation of where a gradient g really is: a point's residual is expected to spread
-    /// by s with s^2 = pixel_noise^2 + (g blur_px)^2.
+    /// by s with s^2 = (contrast pixel_noise)^2 + (g blur_px)^2.
     float blur_px = 0.15f;
 };
 
@@ -44,6 +44,9 @@ struct TemplatePoints {
     explicit TemplatePoints(int capacity);
 
     int count = 0;
+    /// By which thresholds in grey values are multiplied: 1, on the finest level less if gradients
+    /// are weak, as in a dim image.
+    float contrast = 1;
     std::vector<float> x, y, z;   ///< metres, keyframe coordinates
     std::vector<float> intensity; ///< grey value in the keyframe
     std::vector<float> row;       ///< place in the picture from top (-0.5) to bottom (0.5)
@@ -67,11 +70,13 @@ public:
     void build(const Pyramid &image, const DepthSurface &surface);
 
     const TemplatePoints &points(int level) const { return levels_[level]; }
+    /// TemplatePoints::contrast of the finest level.
+    float contrast() const { return levels_[options_.finest_level].contrast; }
     const Intrinsics &camera(int level) const { return cameras_[level]; }
     const TemplateOptions &options() const { return options_; }
 
 private:
-    void build_level(int level, GreyView image, const DepthSurface &surface);
+    void find_level(int level, GreyView image, const DepthSurface &surface, float contrast);
 
     TemplateOptions options_;
     std::vector<Intrinsics> cameras_;

@@ -44,7 +44,8 @@ void complete(const FoundPoints &found, const Intrinsics &camera, const Template
     const auto cx = set(camera.cx), cy = set(camera.cy);
     const auto per_fx = set(1 / camera.fx), per_fy = set(1 / camera.fy);
     const auto per_height = set(1.0 / camera.height), half = set(0.5);
-    const auto noise2 = set(static_cast<double>(options.pixel_noise) * options.pixel_noise);
+    const float noise = points.contrast * options.pixel_noise;
+    const auto noise2 = set(static_cast<double>(noise) * noise);
     const auto blur2 = set(static_cast<double>(options.blur_px) * options.blur_px);
     const auto gain_unit = set(TemplatePoints::gain_unit);
     const auto middle_grey = set(TemplatePoints::middle_grey);

@@ -17,8 +17,8 @@ void find_steepest(GreyView image, int first_row, int end_row, std::span<float> 
                    std::span<int> rows);
 
 /// Works out what follows for the first `points.count` points from where they were found, their
-/// depth and their grey value: all other columns. `camera`: of the level. Whole vectors are
-/// written. Real-time safe.
+/// depth, their grey value and the contrast: all other columns. `camera`: of the level. Whole
+/// vectors are written. Real-time safe.
 void complete_points(const FoundPoints &found, const Intrinsics &camera,
                      const TemplateOptions &options, TemplatePoints &points);
 

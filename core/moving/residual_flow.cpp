@@ -27,12 +27,13 @@ constexpr int most_steps = 6;
 constexpr float alike = 0.25f;
 /// Refinement ends at a step that is shorter, or longer, than these; pixels of the level.
 constexpr float least_step = 0.03f, longest_step = 4;
-/// A patch that differs by less than this has not moved: root mean square, grey values.
+/// A patch that differs by less than this has not moved: root mean square, grey values in an
+/// image of full contrast.
 constexpr float same_grey = 3;
 /// A patch moves if its flow leaves less than this share of the mean square difference.
 constexpr float most_left = 0.25f;
 /// The keyframe does not show what is at a pixel whose surroundings (claim_pixels()) differ by more
-/// than this in every patch: mean absolute difference, grey values.
+/// than this in every patch: mean absolute difference, grey values in an image of full contrast.
 constexpr float unlike_grey = 12;
 
 /// The difference of a pixel that no patch has claimed.
@@ -158,7 +159,8 @@ void ResidualFlow::match(int x, int y, const Search &in) {
     const ImagePatch seen = patch_at(in.now, first.x(), first.y());
     patch.fit = fit_patch(seen, in.then.image, patch.place, in.brightness);
     patch.still = patch.fit.mean_square;
-    if (patch.still < same_grey * same_grey)
+    const float same = in.then.contrast * same_grey;
+    if (patch.still < same * same)
         return;
     patch.unlike = true;
     if (!seen.is_distinct())
@@ -269,12 +271,13 @@ void ResidualFlow::densify(const Search &in) {
                              in.brightness, patch.moves ? y * patches_.width() + x : -1, least_,
                              owner_);
         }
+    const float unlike = in.then.contrast * unlike_grey;
     for (int v = area.top; v < area.bottom; ++v)
         for (int u = area.left; u < area.right; ++u) {
             const float difference = least_(u, v);
             const std::int32_t owner = owner_(u, v);
             Shift shift;
-            if (difference > unlike_grey && difference < nothing_claimed)
+            if (difference > unlike && difference < nothing_claimed)
                 shift = Shift::nowhere();
             else if (owner >= 0)
                 shift = patches_.pixels()[static_cast<std::size_t>(owner)].shift;

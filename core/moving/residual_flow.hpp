@@ -38,10 +38,11 @@ public:
     static int level_for(const Intrinsics &tracking, int most_level);
     int level() const { return level_; }
 
-    /// A keyframe's image on that level, and when it was taken.
+    /// A keyframe's image on that level, when it was taken, and its contrast (TemplatePoints).
     struct Then {
         GreyView image;
         std::int64_t t_ns = 0;
+        float contrast = 1;
     };
     /// Finds the flow of a new image, `now`. `at`: pose, gain and offset of the keyframe in it.
     /// `composed`: the depth map drawn for it, millimetres. `moving`: MotionMask::moving().

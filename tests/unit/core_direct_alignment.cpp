@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <random>
 #include <vector>
 
@@ -170,6 +171,39 @@ TEST_CASE("direct alignment rejects images of other scenes", "[core]") {
         std::ranges::reverse(pair.luma.pixels());
         CHECK_FALSE(pair.align().good);
     }
+}
+
+TEST_CASE("points of a dim image weigh as those of a brighter one", "[core]") {
+    SyntheticTruth truth(options);
+    const Intrinsics &camera = truth.intrinsics();
+    WorkerPool pool(1);
+    DepthSurface surface(camera, SurfaceOptions{});
+    surface.build(truth.depth(0), pool);
+    const auto made_of = [&](double brightness) {
+        Luma luma = truth.luma(0);
+        for (std::uint8_t &grey : luma.pixels())
+            grey = static_cast<std::uint8_t>(std::lround(brightness * grey));
+        Pyramid image(camera.width, camera.height, TemplateOptions{}.coarsest_level);
+        image.build(luma);
+        AlignmentTemplate made(camera, TemplateOptions{});
+        made.build(image, surface);
+        return made;
+    };
+    const AlignmentTemplate bright = made_of(0.4), dim = made_of(0.2), black = made_of(0);
+    CHECK(bright.contrast() < 0.95f);
+    CHECK(dim.contrast() == Approx(bright.contrast() / 2).epsilon(0.1));
+    const auto mean_weight = [](const AlignmentTemplate &made) {
+        const TemplatePoints &points = made.points(TemplateOptions{}.finest_level);
+        return std::accumulate(points.per_s.begin(), points.per_s.begin() + points.count, 0.0f) /
+               static_cast<float>(points.count);
+    };
+    CHECK(mean_weight(dim) == Approx(2 * mean_weight(bright)).epsilon(0.1));
+    const auto count = [](const AlignmentTemplate &made, int level) {
+        return made.points(level).count;
+    };
+    CHECK(count(dim, 1) == Approx(count(bright, 1)).epsilon(0.2));
+    for (int level = 1; level <= TemplateOptions{}.coarsest_level; ++level)
+        CHECK(count(black, level) == 0);
 }
 
 TEST_CASE("points of a template are found in an image as a reference computes it", "[core]") {

@@ -177,12 +177,20 @@ TEST_CASE("residual flow is found in moving cells, and forgotten with its keyfra
         CHECK(flow.changed());
     }
     SECTION("pixels that look like nothing in the keyframe get depth from nowhere") {
+        const float brightness = GENERATE(1.0f, 0.15f);
+        CAPTURE(brightness);
+        const auto shown = [&](Luma image) {
+            for (std::uint8_t &grey : image.pixels())
+                grey = static_cast<std::uint8_t>(brightness * static_cast<float>(grey));
+            return image;
+        };
+        then.build(shown(film.images[0]));
         Luma other(320, 240);
         for (int v = 0; v < 240; ++v)
             for (int u = 0; u < 320; ++u)
                 other(u, v) = static_cast<std::uint8_t>((u * u / 7 + v * v / 5 + u * v / 9) % 251);
-        now.build(other);
-        flow.find(keyframe, now, {}, film.depth[0], moving);
+        now.build(shown(other));
+        flow.find({then.level(flow.level()), 2, brightness}, now, {}, film.depth[0], moving);
         CHECK(from_nowhere(flow, 4, 3) > 0.7);
         CHECK(from_nowhere(flow, 0, 0) == 0);
     }
