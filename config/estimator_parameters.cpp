@@ -116,8 +116,10 @@ void add_keyframe(ParameterTable &table, KeyframeOptions &k, std::string &sensor
     table.add("alignment.iterations_per_level", &k.alignment.iterations_per_level, {1, 100},
               "Most Gauss-Newton steps on a pyramid level; raise it when fast motion is lost, "
               "lower it to save time.");
-    table.add("alignment.pixel_noise", &k.alignment_template.pixel_noise, {0.1, 50, "grey values"},
-              "Image noise (one sigma) in images of full contrast; less is assumed of dim ones.");
+    table.add(
+        "alignment.pixel_noise", &k.alignment_template.pixel_noise, {0.1, 50, "grey values"},
+        "Noise of a well-exposed image (one sigma), of which a dim image has a share; raise it for "
+        "small sensors.");
     table.add("alignment.blur_px", &k.alignment_template.blur_px, {0, 5, "pixels"},
               "Uncertainty of where a gradient is (one sigma); raise it for blurred images.");
     table.add("alignment.independent_share", &k.alignment.independent_share,

@@ -9,18 +9,20 @@
 namespace afterglow {
 namespace {
 
-/// Root mean square gradient, grey values per pixel, from which on an image has full contrast.
-constexpr float full_contrast = 27;
-/// Of less, too little is left in whole grey values.
+/// Gradients of a well-exposed image: root mean square of the points' gradients, grey values per
+/// pixel.
+constexpr float full_gradient = 27;
+/// Below it, rounding to whole grey values changes an image more than its noise does.
 constexpr float least_contrast = 0.15f;
 
+/// TemplatePoints::contrast of the finest level, from its points.
 float contrast_of(const FoundPoints &found, int count) {
     float squares = 0;
     for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i)
         squares +=
             found.gradient_u[i] * found.gradient_u[i] + found.gradient_v[i] * found.gradient_v[i];
     const float gradient = std::sqrt(squares / static_cast<float>(std::max(count, 1)));
-    return std::clamp(gradient / full_contrast, least_contrast, 1.0f);
+    return std::clamp(gradient / full_gradient, least_contrast, 1.0f);
 }
 
 /// Depth of pixel (u, v) of a level: mean of four readings that it covers if they lie on one
@@ -88,19 +90,20 @@ AlignmentTemplate::AlignmentTemplate(const Intrinsics &camera, const TemplateOpt
 }
 
 void AlignmentTemplate::build(const Pyramid &image, const DepthSurface &surface) {
-    const int finest = options_.finest_level;
-    float contrast = 1;
-    for (int l = options_.coarsest_level; l >= finest; --l) {
+    float coarser_contrast = 1;
+    for (int l = options_.coarsest_level; l >= options_.finest_level; --l) {
         TemplatePoints &points = levels_[l];
-        find_level(l, image.level(l), surface, l == finest ? contrast : 1);
-        contrast = contrast_of(found_, points.count);
-        // On coarse levels images are displaced, and may differ by more than noise.
-        points.contrast = l == finest ? contrast : 1;
+        const bool finest = l == options_.finest_level;
+        find_level(l, image.level(l), surface, finest ? coarser_contrast : 1);
+        const float contrast = contrast_of(found_, points.count);
+        points.contrast = finest ? contrast : 1;
         complete_points(found_, cameras_[l], options_, points);
+        coarser_contrast = contrast;
     }
 }
 
-// The pixel with the steepest gradient in each cell becomes a point. `contrast`: about the level's.
+// The pixel with the steepest gradient in each cell becomes a point, unless the gradient is noise.
+// `contrast`: multiplies the noise; the level's own is known only when its points are found.
 void AlignmentTemplate::find_level(int level, GreyView image, const DepthSurface &surface,
                                    float contrast) {
     const int w = image.width(), h = image.height();

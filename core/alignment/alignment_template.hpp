@@ -18,8 +18,9 @@ struct TemplateOptions {
     int coarsest_level = 4;
     /// Most points kept on a level; the strongest gradients of each cell of the image win.
     int points_per_level = 4000;
-    /// Grey values: standard deviation of one pixel's noise, in an image of full contrast. Weaker
-    /// gradients are no points, and residuals are weighted by it.
+    /// Grey values: standard deviation of one pixel's noise in a well-exposed image; it is
+    /// multiplied by TemplatePoints::contrast. Weaker gradients are no points, and residuals are
+    /// weighted by it.
     float pixel_noise = 2.0f;
     /// Standard deviation of where a gradient g really is: a point's residual is expected to spread
     /// by s with s^2 = (contrast pixel_noise)^2 + (g blur_px)^2.
@@ -44,8 +45,9 @@ struct TemplatePoints {
     explicit TemplatePoints(int capacity);
 
     int count = 0;
-    /// By which thresholds in grey values are multiplied: 1, on the finest level less if gradients
-    /// are weak, as in a dim image.
+    /// Factor of noise and thresholds in grey values, from 0.15 to 1. 1 on all levels but the
+    /// finest; there in proportion to the points' gradients if those are weak, as in a dim image.
+    /// Coarse levels are compared while images are displaced and differ by more than noise.
     float contrast = 1;
     std::vector<float> x, y, z;   ///< metres, keyframe coordinates
     std::vector<float> intensity; ///< grey value in the keyframe

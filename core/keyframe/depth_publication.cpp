@@ -93,9 +93,8 @@ const Estimate &DepthPublication::estimated(const KeyframeSet &keyframes,
         motion_mask_.find(tracker.compared(keyframes), tracker.image(),
                           tracker.compared_alignment(), composer_.drawn());
         const Keyframe &reference = keyframes[tracker.reference()];
-        const AlignmentTemplate &of_reference = reference.alignment_template;
-        flow_.find({reference.grey, reference.t_ns, of_reference.contrast()}, tracker.image(),
-                   alignment, composer_.drawn(), motion_mask_.moving());
+        flow_.find({reference.grey, reference.t_ns, reference.alignment_template.contrast()},
+                   tracker.image(), alignment, composer_.drawn(), motion_mask_.moving());
         composer_.displace(flow_);
         judge(from_world);
     } else {

@@ -27,13 +27,14 @@ constexpr int most_steps = 6;
 constexpr float alike = 0.25f;
 /// Refinement ends at a step that is shorter, or longer, than these; pixels of the level.
 constexpr float least_step = 0.03f, longest_step = 4;
-/// A patch that differs by less than this has not moved: root mean square, grey values in an
-/// image of full contrast.
+/// A patch that differs by less than this has not moved: root mean square, grey values; multiplied
+/// by the keyframe's contrast.
 constexpr float same_grey = 3;
 /// A patch moves if its flow leaves less than this share of the mean square difference.
 constexpr float most_left = 0.25f;
 /// The keyframe does not show what is at a pixel whose surroundings (claim_pixels()) differ by more
-/// than this in every patch: mean absolute difference, grey values in an image of full contrast.
+/// than this in every patch: mean absolute difference, grey values; multiplied by the keyframe's
+/// contrast.
 constexpr float unlike_grey = 12;
 
 /// The difference of a pixel that no patch has claimed.

@@ -38,7 +38,7 @@ public:
     static int level_for(const Intrinsics &tracking, int most_level);
     int level() const { return level_; }
 
-    /// A keyframe's image on that level, when it was taken, and its contrast (TemplatePoints).
+    /// A keyframe's image on that level, when it was taken, and its AlignmentTemplate::contrast().
     struct Then {
         GreyView image;
         std::int64_t t_ns = 0;
