@@ -292,6 +292,32 @@ Alignment DirectAlignment::align(const AlignmentTemplate &reference, const Pyram
     return assess(reference, finest, prior, found, fit);
 }
 
+Placement DirectAlignment::with_brightness(const AlignmentTemplate &reference, const Pyramid &image,
+                                           const Pose &pose, int level) {
+    const TemplatePoints &points = reference.points(level);
+    Placement at;
+    at.pose = pose;
+    look_up(reference, image, level, at);
+    double n = 0, then = 0, now = 0, then2 = 0, now2 = 0;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(points.count); ++i) {
+        const double k = points.intensity[i], seen = grey_[i];
+        if (seen < 0)
+            continue;
+        n += 1;
+        then += k;
+        now += seen;
+        then2 += k * k;
+        now2 += seen * seen;
+    }
+    const double var_then = n * then2 - then * then, var_now = n * now2 - now * now;
+    if (!(var_then > 0 && var_now > 0))
+        return at;
+    at.gain =
+        std::clamp(static_cast<float>(std::sqrt(var_now / var_then)), lowest_gain, highest_gain);
+    at.offset = static_cast<float>((now - at.gain * then) / n);
+    return at;
+}
+
 float DirectAlignment::cost(const AlignmentTemplate &reference, const Pyramid &image,
                             const Placement &at, int level) {
     Placement fitted;

@@ -70,6 +70,12 @@ public:
     bool refine(const AlignmentTemplate &reference, const Pyramid &image, const PosePrior &prior,
                 int coarsest, int finest, Placement &at);
 
+    /// A pose with the gain and offset by which the grey values of the keyframe's points on one
+    /// level get the mean and deviation of what the image shows there. Some pixels away from the
+    /// true pose they are about the same. 1 and 0 where one of the two has no contrast.
+    Placement with_brightness(const AlignmentTemplate &reference, const Pyramid &image,
+                              const Pose &pose, int level);
+
     /// Alignment::cost at the pose and skew of `at` on one level, with the gain and offset that fit
     /// best there; 1e9 where too few points are in view.
     float cost(const AlignmentTemplate &reference, const Pyramid &image, const Placement &at,

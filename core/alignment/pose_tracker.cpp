@@ -78,13 +78,16 @@ Alignment PoseTracker::search(const AlignmentTemplate &reference, const Pyramid 
         found = true;
     }
     Alignment best = alignment_.align(reference, image, from, prior, middle, finest);
-    if (!best.good) {
-        Placement turned;
-        turned.pose = search_rotation(reference, image, starts[0]);
-        const Alignment other = alignment_.align(reference, image, turned, prior, coarsest, finest);
+    const auto try_from = [&](const Pose &start) {
+        const Placement at = alignment_.with_brightness(reference, image, start, coarsest);
+        const Alignment other = alignment_.align(reference, image, at, prior, coarsest, finest);
         if (other.cost < best.cost)
             best = other;
-    }
+    };
+    if (!best.good) // the exposure may have jumped
+        try_from(starts[0]);
+    if (!best.good)
+        try_from(search_rotation(reference, image, starts[0]));
     return best;
 }
 
