@@ -45,7 +45,8 @@ void read_row(const std::uint8_t *from, std::uint8_t *to, int width) {
 template <int step>
 LumaReader read_every(const FrameLayout &layout, int offset) {
     return [layout, offset](std::span<const std::uint8_t> bytes, ImageView<std::uint8_t> luma) {
-        if (is_short(layout, static_cast<std::size_t>(step * layout.width), bytes.size()))
+        if (is_short(layout, std::size_t{step} * static_cast<std::size_t>(layout.width),
+                     bytes.size()))
             return too_short;
         for (int v = 0; v < layout.height; ++v)
             read_row<step>(bytes.data() + static_cast<std::size_t>(v) * layout.stride + offset,

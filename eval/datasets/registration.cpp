@@ -100,8 +100,10 @@ DepthMap DepthRegistration::registered(ImageView<const float> metres) const {
         for (int u = 0; u < metres.width(); ++u) {
             if (!(metres(u, v) > 0))
                 continue;
-            const Eigen::Vector3d X =
-                metres(u, v) * rays_[static_cast<std::size_t>(v * depth_.width + u)] + translation_;
+            const std::size_t at =
+                static_cast<std::size_t>(v) * static_cast<std::size_t>(depth_.width) +
+                static_cast<std::size_t>(u);
+            const Eigen::Vector3d X = metres(u, v) * rays_[at] + translation_;
             if (X.z() <= 0)
                 continue;
             const Eigen::Vector2d pixel = color_.project(X);

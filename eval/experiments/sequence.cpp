@@ -79,7 +79,7 @@ Result<Sequence> film_room(const Filming &filming, int frames, Watch &watch) {
     sequence.name = source_of(filming);
     sequence.layout = filming.layout.empty() ? synthetic_name : filming.layout;
     sequence.camera = rig->color->intrinsics();
-    for (Status done : {rig->color->start(), rig->tof->start(), rig->illuminator->set(true)})
+    for (const Status &done : {rig->color->start(), rig->tof->start(), rig->illuminator->set(true)})
         if (!done)
             return done.error();
     const int width = sequence.camera.width;

@@ -96,7 +96,7 @@ bool is_timed(const SystemDescription &system, bool baselines) {
 
 } // namespace
 
-Stopwatches::Stopwatches(std::vector<std::string> names, std::string reference)
+Stopwatches::Stopwatches(std::vector<std::string> names, const std::string &reference)
     : names_(std::move(names)), ms_(names_.size()), ratios_(names_.size()) {
     const auto found = std::ranges::find(names_, reference);
     assert(found != names_.end());

@@ -14,7 +14,7 @@ namespace afterglow {
 class Stopwatches {
 public:
     /// The reference is that of these names which others are divided by.
-    Stopwatches(std::vector<std::string> names, std::string reference);
+    Stopwatches(std::vector<std::string> names, const std::string &reference);
 
     /// The time of each, in the order of the names; negative: it had nothing to do in this round,
     /// and the round does not count for it.

@@ -15,7 +15,9 @@ namespace {
 /// `cells_y`, smoothly between them.
 double value_noise(double x, double y, int cells_x, int cells_y, std::uint64_t seed) {
     const auto at = [&](int i, int j) {
-        const auto cell = static_cast<std::uint64_t>((j % cells_y) * cells_x + i % cells_x);
+        const auto cell =
+            static_cast<std::uint64_t>(j % cells_y) * static_cast<std::uint64_t>(cells_x) +
+            static_cast<std::uint64_t>(i % cells_x);
         return static_cast<double>(mix(mix(seed) + cell) >> 11) * 0x1p-52 - 1;
     };
     const auto smooth = [](double f) { return f * f * (3 - 2 * f); };
@@ -65,7 +67,8 @@ double tiles(int x, int y, std::uint64_t seed) {
 /// Rectangles and discs of many sizes over each other.
 std::vector<std::uint8_t> print(std::uint64_t seed) {
     constexpr int size = Texture::size;
-    std::vector<std::uint8_t> texels(size * size, 200);
+    std::vector<std::uint8_t> texels(std::size_t{size} * size, 200);
+    const auto wrapped = [](int at) { return static_cast<std::size_t>((at + size) % size); };
     Random random(seed, 2);
     for (int shape = 0; shape < 500; ++shape) {
         const int half_width = 2 + random.below(shape < 100 ? 50 : 12);
@@ -79,8 +82,7 @@ std::vector<std::uint8_t> print(std::uint64_t seed) {
                 const double rx = static_cast<double>(x) / half_width;
                 const double ry = static_cast<double>(y) / half_height;
                 if (!round || rx * rx + ry * ry <= 1)
-                    texels[static_cast<std::size_t>((y0 + y + size) % size * size +
-                                                    (x0 + x + size) % size)] = tone;
+                    texels[wrapped(y0 + y) * size + wrapped(x0 + x)] = tone;
             }
         }
     }
@@ -90,7 +92,7 @@ std::vector<std::uint8_t> print(std::uint64_t seed) {
 } // namespace
 
 Texture::Texture(std::vector<std::uint8_t> texels) : texels_(std::move(texels)) {
-    assert(texels_.size() == static_cast<std::size_t>(size * size));
+    assert(texels_.size() == std::size_t{size} * size);
     static_assert(size >> (levels - 1) == 1);
     texels_.resize(static_cast<std::size_t>(begin_of(levels - 1)) + 1);
     for (int level = 1; level < levels; ++level) {
@@ -114,7 +116,7 @@ Texture make_texture(Pattern pattern, std::uint64_t seed) {
                       : pattern == Pattern::wood  ? wood
                                                   : tiles;
     std::vector<std::uint8_t> texels;
-    texels.reserve(static_cast<std::size_t>(Texture::size * Texture::size));
+    texels.reserve(std::size_t{Texture::size} * Texture::size);
     for (int y = 0; y < Texture::size; ++y) {
         for (int x = 0; x < Texture::size; ++x)
             texels.push_back(static_cast<std::uint8_t>(std::clamp(tone(x, y, seed), 0.0, 255.0)));
