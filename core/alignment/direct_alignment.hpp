@@ -70,9 +70,10 @@ public:
     bool refine(const AlignmentTemplate &reference, const Pyramid &image, const PosePrior &prior,
                 int coarsest, int finest, Placement &at);
 
-    /// A pose with the gain and offset by which the grey values of the keyframe's points on one
-    /// level get the mean and deviation of what the image shows there. Some pixels away from the
-    /// true pose they are about the same. 1 and 0 where one of the two has no contrast.
+    /// A placement at a pose, without skew. Its gain and offset give the grey values of the
+    /// template's points on one level the mean and standard deviation of those that the image shows
+    /// there. They are about right some pixels away from the true pose, too. Gain 1 and offset 0
+    /// where template or image has no contrast.
     Placement with_brightness(const AlignmentTemplate &reference, const Pyramid &image,
                               const Pose &pose, int level);
 

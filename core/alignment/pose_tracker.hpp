@@ -6,9 +6,9 @@
 namespace afterglow {
 
 /// Finds the pose of an image against a keyframe: picks the best of several starts at the coarsest
-/// level, aligns, and if the result is not believed tries the other starts and then a fan of
-/// rotations around the previous pose. Allocates when made; track() is real-time safe, and nothing
-/// is kept between calls.
+/// level and aligns. If the result is not believed, tries the first start with the gain and offset
+/// of an exposure that has jumped, then a fan of rotations around it. Allocates when made; track()
+/// is real-time safe, and nothing is kept between calls.
 class PoseTracker {
 public:
     /// For templates of at most so many points a level.

@@ -124,7 +124,8 @@ TEST_CASE("direct alignment knows that a camera shows nothing brighter than whit
     CHECK(alignment.inlier_share > 0.8f);
 }
 
-TEST_CASE("an exposure that jumps by nearly a stop is followed while the camera moves", "[core]") {
+TEST_CASE("direct alignment finds the pose of an image whose exposure jumped by up to a stop",
+          "[core]") {
     const int k = GENERATE(1, 3, 4, 6, 8);
     const double gain = GENERATE(0.5, 0.6, 1.6, 1.7, 1.8);
     CAPTURE(k, gain);
@@ -136,13 +137,6 @@ TEST_CASE("an exposure that jumps by nearly a stop is followed while the camera 
     REQUIRE(alignment.good);
     CHECK(pair.error_px(alignment.pose) < 0.3);
     CHECK(alignment.gain * 100 + alignment.offset == Approx(100 * gain).margin(4));
-}
-
-TEST_CASE("an image without contrast has no pose", "[core]") {
-    Pair pair(1);
-    for (std::uint8_t &grey : pair.luma.pixels())
-        grey = 90;
-    CHECK_FALSE(pair.align().good);
 }
 
 TEST_CASE("direct alignment is robust to an occluder over a third of the image", "[core]") {
