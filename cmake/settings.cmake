@@ -65,6 +65,9 @@ if(AFTERGLOW_SANITIZE)
   add_compile_options(-fsanitize=${AFTERGLOW_SANITIZE} -fno-omit-frame-pointer
                       -fno-sanitize-recover=all)
   add_link_options(-fsanitize=${AFTERGLOW_SANITIZE})
+  # Kernels are compiled for each instruction set, and for half a minute each with sanitizers: scalar,
+  # four and eight lanes are enough here.
+  add_compile_definitions("HWY_DISABLED_TARGETS=(HWY_AVX3|HWY_SSE4)")
 endif()
 if(AFTERGLOW_FUZZ)
   add_compile_options(-fsanitize=fuzzer-no-link) # libFuzzer sees which branches an input takes

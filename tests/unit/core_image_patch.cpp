@@ -161,12 +161,14 @@ TEST_CASE("each pixel is owned by the image patch that differs least around it",
     Image<std::int32_t> owners(now.width(), now.height(), -1);
     Image<float> expected_least = least;
     Image<std::int32_t> expected = owners;
-    const struct {
+    const struct Square {
         int u, v;
         Eigen::Vector2f place;
     } squares[] = {{1, 1, {2.5f, 3.5f}}, {5, 1, {0, 0}}, {5, 5, {13.25f, 4}}, {1, 5, {7, 9.75f}}};
     std::int32_t owner = 0;
-    for (const auto &[u, v, place] : squares) {
+    for (const Square &square : squares) {
+        const int u = square.u, v = square.v;
+        const Eigen::Vector2f &place = square.place;
         const Brightness brightness{1.1f, -5};
         claim_pixels(now, u, v, then, place, brightness, owner, least, owners);
         const auto difference = [&](int i, int j) {
