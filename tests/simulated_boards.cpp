@@ -150,7 +150,9 @@ Corners SimulatedBoards::project(const CameraModel &camera, const RowPose &pose,
             at = camera.project(pose(at.y() / camera.pinhole.height - 0.5) *
                                 Eigen::Vector3d(places[i].x(), places[i].y(), 0));
         corners.numbers.push_back(static_cast<int>(i));
-        corners.pixels.push_back(at + Eigen::Vector2d(noise(random_), noise(random_)));
+        // One by one: compilers differ in the order of a call's arguments.
+        const double v = at.y() + noise(random_);
+        corners.pixels.emplace_back(at.x() + noise(random_), v);
     }
     return corners;
 }
@@ -187,8 +189,8 @@ std::vector<Pose> SimulatedBoards::rests(int count, double tilt) {
     while (static_cast<int>(poses.size()) < count) {
         const bool for_tof = poses.size() % 2 == 1;
         const CameraModel &camera = for_tof ? rig_.tof : rig_.color;
-        const auto ray = camera.ray(share(random_) * camera.pinhole.width,
-                                    share(random_) * camera.pinhole.height);
+        const double v = share(random_) * camera.pinhole.height;
+        const auto ray = camera.ray(share(random_) * camera.pinhole.width, v);
         const double distance = board_.size_m().x() * (1.2 + 1.3 * share(random_));
         Pose pose{rotation({tilt * turn(random_), tilt * turn(random_), 0.3 * turn(random_)}), {}};
         if (!ray)

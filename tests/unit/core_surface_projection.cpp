@@ -14,7 +14,9 @@ TEST_CASE("points that a pixel of the view shows are projected to it", "[core]")
     std::uniform_real_distribution<double> some(-1, 1);
     for (int round = 0; round < 200; ++round) {
         const auto vector = [&](double size) -> Eigen::Vector3d {
-            return size * Eigen::Vector3d(some(random), some(random), some(random));
+            // One by one: compilers differ in the order of a call's arguments.
+            const double z = some(random), y = some(random), x = some(random);
+            return size * Eigen::Vector3d(x, y, z);
         };
         RollingShutter shutter;
         double shift_m = 0.3;

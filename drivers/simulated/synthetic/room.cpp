@@ -85,8 +85,11 @@ Scene make_room(std::uint64_t seed) {
     // Furniture in a ring, each piece in its own sector and as far out as the walls let it.
     for (int i = 0; i < furniture; ++i) {
         const double angle = (i + random.uniform(0.2, 0.8)) * 2 * std::numbers::pi / furniture;
-        const Eigen::Vector3d size(random.uniform(0.3, 0.8), random.uniform(0.4, 1.6),
-                                   random.uniform(0.3, 0.6));
+        // One by one: compilers differ in the order of a call's arguments.
+        const double depth = random.uniform(0.3, 0.6);
+        const double height = random.uniform(0.4, 1.6);
+        const double width = random.uniform(0.3, 0.8);
+        const Eigen::Vector3d size(width, height, depth);
         const double reach = std::hypot(size.x(), size.z()) / 2;
         const double to_wall = std::min(room_size.x() / 2 / std::abs(std::cos(angle)),
                                         room_size.z() / 2 / std::abs(std::sin(angle)));
