@@ -13,10 +13,12 @@
 #include <chrono>
 #include <cstdint>
 #include <cstdlib>
+#include <functional>
 #include <future>
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 #include <unistd.h>
 #include <utility>
 #include <vector>
@@ -83,7 +85,9 @@ public:
     /// Runs `client` in a thread of its own and serves it until it is done.
     template <class Client>
     auto serve(Client client) {
-        auto result = std::async(std::launch::async, client);
+        // Compiled once for each type of result, not for each client.
+        using Result = std::invoke_result_t<Client>;
+        auto result = std::async(std::launch::async, std::function<Result()>(client));
         const auto deadline = std::chrono::steady_clock::now() + longest_wait;
         while (result.wait_for(std::chrono::seconds(0)) != std::future_status::ready) {
             if (std::chrono::steady_clock::now() > deadline)
@@ -207,17 +211,17 @@ struct Client {
 /// Runs a function in a thread that is another user to the kernel. Needs root.
 template <class Function>
 auto as_user(uid_t user, std::vector<gid_t> groups, Function function) {
-    return std::async(std::launch::async,
-                      [&] {
-                          // The C library would change all threads.
-                          const gid_t group = groups.empty() ? user : groups.front();
-                          if (::syscall(SYS_setgroups, groups.size(), groups.data()) != 0 ||
-                              ::syscall(SYS_setresgid, group, group, group) != 0 ||
-                              ::syscall(SYS_setresuid, user, user, user) != 0)
-                              throw std::runtime_error("cannot become another user");
-                          return function();
-                      })
-        .get();
+    using Result = std::invoke_result_t<Function>;
+    const std::function<Result()> changed = [&] {
+        // The C library would change all threads.
+        const gid_t group = groups.empty() ? user : groups.front();
+        if (::syscall(SYS_setgroups, groups.size(), groups.data()) != 0 ||
+            ::syscall(SYS_setresgid, group, group, group) != 0 ||
+            ::syscall(SYS_setresuid, user, user, user) != 0)
+            throw std::runtime_error("cannot become another user");
+        return function();
+    };
+    return std::async(std::launch::async, changed).get();
 }
 
 } // namespace afterglow::test

@@ -186,17 +186,17 @@ TEST_CASE("a small depth map in a large view has no holes inside a surface") {
         const FrameResult result = loop.step(0ns);
         REQUIRE(result.estimate.source != FrameSource::none);
         const DepthView depth = result.estimate.depth;
-        int inside = 0;
+        int inside = 0, wrong = 0;
         for (int v = 0; v < depth.height(); ++v)
             for (int u = 0; u < depth.width(); ++u) {
                 const auto ray = rig.color.ray(u, v);
                 if (!ray || !is_measured(rig, 2 * ray->homogeneous()))
                     continue;
                 ++inside;
-                INFO(u << ", " << v);
-                REQUIRE(std::abs(depth(u, v) - 2000) <= 8);
+                wrong += std::abs(depth(u, v) - 2000) > 8;
             }
         CHECK(inside > 400'000);
+        CHECK(wrong == 0);
     }
 }
 

@@ -87,7 +87,7 @@ TEST_CASE("the flying pixels of a simulated TOF camera are counted", "[character
 TEST_CASE("a camera that moves is not characterised", "[characterise]") {
     SyntheticOptions room = on_tripod();
     room.motion = GENERATE(0.05, 1.0);
-    const Result<Characteristics> found = characterise_room({}, room);
+    const Result<Characteristics> found = characterise_room({}, room, {.seconds = 10});
     CHECK(contains(refusal(found), "the view was not still"));
 }
 
