@@ -10,7 +10,7 @@ option(AFTERGLOW_LIBCAMERA "Build the libcamera driver; needs AFTERGLOW_V4L2" ON
 option(AFTERGLOW_OPENNI2 "Build the OpenNI2 driver and afterglow-testcam" ON)
 set(AFTERGLOW_SANITIZE "" CACHE STRING "Sanitizers, as for -fsanitize= (address,undefined or thread)")
 option(AFTERGLOW_BENCH "Build afterglow-bench, whose rivals need GStreamer and PipeWire" OFF)
-option(AFTERGLOW_FUZZ "Build the fuzz targets of tests/fuzz, and all else for them; needs clang" OFF)
+option(AFTERGLOW_FUZZ "Build the fuzz targets of tests/fuzz, and all code with libFuzzer's counters; needs clang" OFF)
 if(BUILD_TESTING)
   enable_testing()
 endif()

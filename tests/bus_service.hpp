@@ -212,7 +212,7 @@ struct Client {
 template <class Function>
 auto as_user(uid_t user, std::vector<gid_t> groups, Function function) {
     using Result = std::invoke_result_t<Function>;
-    const std::function<Result()> changed = [&] {
+    const std::function<Result()> as_that_user = [&] {
         // The C library would change all threads.
         const gid_t group = groups.empty() ? user : groups.front();
         if (::syscall(SYS_setgroups, groups.size(), groups.data()) != 0 ||
@@ -221,7 +221,7 @@ auto as_user(uid_t user, std::vector<gid_t> groups, Function function) {
             throw std::runtime_error("cannot become another user");
         return function();
     };
-    return std::async(std::launch::async, changed).get();
+    return std::async(std::launch::async, as_that_user).get();
 }
 
 } // namespace afterglow::test
