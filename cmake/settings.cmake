@@ -10,7 +10,7 @@ option(AFTERGLOW_LIBCAMERA "Build the libcamera driver; needs AFTERGLOW_V4L2" ON
 option(AFTERGLOW_OPENNI2 "Build the OpenNI2 driver and afterglow-testcam" ON)
 set(AFTERGLOW_SANITIZE "" CACHE STRING "Sanitizers, as for -fsanitize= (address,undefined or thread)")
 option(AFTERGLOW_BENCH "Build afterglow-bench, whose rivals need GStreamer and PipeWire" OFF)
-option(AFTERGLOW_FUZZ "Build the fuzz targets of tests/fuzz, and all code with libFuzzer's counters; needs clang" OFF)
+option(AFTERGLOW_FUZZ "Build the fuzz targets of tests/fuzz; needs clang" OFF)
 if(BUILD_TESTING)
   enable_testing()
 endif()
@@ -65,11 +65,15 @@ if(AFTERGLOW_SANITIZE)
   add_compile_options(-fsanitize=${AFTERGLOW_SANITIZE} -fno-omit-frame-pointer
                       -fno-sanitize-recover=all)
   add_link_options(-fsanitize=${AFTERGLOW_SANITIZE})
+  if(CMAKE_CXX_COMPILER_ID STREQUAL Clang)
+    add_compile_options(-fsanitize-ignorelist=${CMAKE_CURRENT_LIST_DIR}/sanitizers.ignore)
+  endif()
   # Kernels are compiled once for each instruction set, which takes long with sanitizers: SSSE3 has as
-  # many lanes as SSE4. The release tests run on both.
-  add_compile_definitions(HWY_DISABLED_TARGETS=HWY_SSE4)
-endif()
-if(AFTERGLOW_FUZZ)
-  add_compile_options(-fsanitize=fuzzer-no-link) # libFuzzer sees which branches an input takes
+  # many lanes as SSE4. The release tests run on both. What threads share depends on no lanes.
+  set(unused HWY_SSE4)
+  if(AFTERGLOW_SANITIZE STREQUAL "thread")
+    string(APPEND unused "|HWY_AVX2|HWY_AVX3")
+  endif()
+  add_compile_definitions(HWY_DISABLED_TARGETS=${unused})
 endif()
 include_directories(${PROJECT_SOURCE_DIR})
