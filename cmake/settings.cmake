@@ -69,7 +69,8 @@ if(AFTERGLOW_SANITIZE)
     add_compile_options(-fsanitize-ignorelist=${CMAKE_CURRENT_LIST_DIR}/sanitizers.ignore)
   endif()
   # Kernels are compiled once for each instruction set, which takes long with sanitizers: SSSE3 has as
-  # many lanes as SSE4. The release tests run on both. What threads share depends on no lanes.
+  # many lanes as SSE4. The release tests run on both. ThreadSanitizer's tests do not depend on the
+  # number of lanes.
   set(unused HWY_SSE4)
   if(AFTERGLOW_SANITIZE STREQUAL "thread")
     string(APPEND unused "|HWY_AVX2|HWY_AVX3")
