@@ -51,7 +51,8 @@ FreshErrors fresh_errors(const DepthSurface &surface, const MapError &error,
 DepthPublication::DepthPublication(const KeyframeOptions &options, const Views &views,
                                    WorkerPool &pool)
     : views_(views), camera_(views.published), options_(options), composer_(views, options, pool),
-      motion_mask_(views),
+      motion_mask_(views, ResidualFlow::level_for(views.tracking,
+                                                  options.alignment_template.coarsest_level)),
       flow_(views, options.alignment_template.coarsest_level, options.compose.follow_moving),
       local_errors_(views.published) {
     estimate_.depth = composer_.depth();
@@ -93,8 +94,11 @@ const Estimate &DepthPublication::estimated(const KeyframeSet &keyframes,
         motion_mask_.find(tracker.compared(keyframes), tracker.image(),
                           tracker.compared_alignment(), composer_.drawn());
         const Keyframe &reference = keyframes[tracker.reference()];
-        flow_.find({reference.grey, reference.t_ns, reference.alignment_template.contrast()},
-                   tracker.image(), alignment, composer_.drawn(), motion_mask_.moving());
+        const KeyframeImage then = {reference.grey, reference.t_ns,
+                                    reference.alignment_template.contrast()};
+        if (!tracker.bridged())
+            motion_mask_.add_unlike(then, tracker.image(), alignment, composer_.drawn());
+        flow_.find(then, tracker.image(), alignment, composer_.drawn(), motion_mask_.moving());
         composer_.displace(flow_);
         judge(from_world);
     } else {

@@ -39,6 +39,8 @@ public:
     int reference() const { return reference_; }
     /// Of the last image with the reference keyframe, whichever way it was found.
     const Alignment &alignment() const { return alignment_; }
+    /// The last image was aligned with the one before it: brightness is relative to that.
+    bool bridged() const { return bridged_; }
     /// The template that the image was compared with, and how: the reference keyframe's, or that of
     /// the image before.
     const AlignmentTemplate &compared(const KeyframeSet &keyframes) const;

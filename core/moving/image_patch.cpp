@@ -124,6 +124,16 @@ PatchFit fit(const ImagePatch &patch, GreyView then, const Eigen::Vector2f &plac
                 determinant};
 }
 
+float excess(GreyView image, int u, int v, GreyView then, const Eigen::Vector2f &place,
+             const Brightness &brightness) {
+    const ExpectedSquare expected(then, place, brightness);
+    auto sum = hn::Zero(D());
+    for (int j = 0; j < side; ++j)
+        for (int i = 0; i < side; i += lanes)
+            sum = hn::Add(sum, expected.excess(greys_at(image.row(v + j) + u + i), i, j));
+    return hn::GetLane(hn::SumOfLanes(D(), sum)) / count;
+}
+
 void claim(GreyView image, int u, int v, GreyView then, const Eigen::Vector2f &place,
            const Brightness &brightness, std::int32_t owner, ImageView<float> least,
            ImageView<std::int32_t> owners) {
@@ -176,6 +186,7 @@ namespace {
 
 HWY_EXPORT(describe);
 HWY_EXPORT(fit);
+HWY_EXPORT(excess);
 HWY_EXPORT(claim);
 
 } // namespace
@@ -193,6 +204,11 @@ bool shows_patch(GreyView image, const Eigen::Vector2f &place) {
 PatchFit fit_patch(const ImagePatch &patch, GreyView then, const Eigen::Vector2f &place,
                    const Brightness &brightness) {
     return HWY_DYNAMIC_DISPATCH(fit)(patch, then, place, brightness);
+}
+
+float mean_excess(GreyView image, int u, int v, GreyView then, const Eigen::Vector2f &place,
+                  const Brightness &brightness) {
+    return HWY_DYNAMIC_DISPATCH(excess)(image, u, v, then, place, brightness);
 }
 
 void claim_pixels(GreyView image, int u, int v, GreyView then, const Eigen::Vector2f &place,

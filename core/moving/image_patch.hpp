@@ -30,6 +30,13 @@ struct ImagePatch {
     }
 };
 
+/// A keyframe's image on one level of the pyramid.
+struct KeyframeImage {
+    GreyView grey;
+    std::int64_t t_ns = 0; ///< when it was taken
+    float contrast = 1;    ///< AlignmentTemplate::contrast()
+};
+
 /// The patch whose first pixel is (u, v): 1 <= u < image.width() - side, v alike. Real-time safe.
 ImagePatch patch_at(GreyView image, int u, int v);
 
@@ -54,6 +61,12 @@ bool shows_patch(GreyView image, const Eigen::Vector2f &place);
 /// grey values have changed by `brightness`. The image shows all of it. Real-time safe.
 PatchFit fit_patch(const ImagePatch &patch, GreyView then, const Eigen::Vector2f &place,
                    const Brightness &brightness);
+
+/// How much brighter the square of a patch that begins at pixel (u, v) of `image` is expected to be
+/// than it is, by what an earlier image shows at `place`: the mean, grey values. Both images show
+/// all of it. Real-time safe.
+float mean_excess(GreyView image, int u, int v, GreyView then, const Eigen::Vector2f &place,
+                  const Brightness &brightness);
 
 /// Compares the square of a patch that begins at pixel (u, v) of `image` with the square that
 /// begins at `place` of `then`, which shows all of it. A pixel's difference is the mean absolute

@@ -11,11 +11,17 @@ constexpr int least_points = 10;
 constexpr float outlier_limit = 2.5f; // in deviations of the points that agree
 /// A point hidden by something nearer than this share of its depth tells nothing.
 constexpr float hidden_share = 0.95f;
+/// What is nearer to the tracking camera is not compared.
+constexpr double nearest_m = 0.05;
+/// The mean of a cell's middle (ImagePatch) differs by more than this from what is expected, grey
+/// values; multiplied by the keyframe's contrast.
+constexpr float unlike_mean = 50;
 
 } // namespace
 
-MotionMask::MotionMask(const Views &views)
-    : views_(views), same_(views.publishes_tracking()),
+MotionMask::MotionMask(const Views &views, int image_level)
+    : views_(views), same_(views.publishes_tracking()), image_level_(image_level),
+      image_camera_(views.tracking.at_level(image_level)),
       counts_(cells(views.published.width), cells(views.published.height)),
       moving_(counts_.width(), counts_.height()) {}
 
@@ -67,6 +73,37 @@ void MotionMask::find(const AlignmentTemplate &reference, const Pyramid &image,
         const Count cell = counts_.pixels()[i];
         moving_.pixels()[i] = cell.points >= least_points && 2 * cell.outliers > cell.points;
     }
+}
+
+void MotionMask::add_unlike(const KeyframeImage &then, const Pyramid &now, const Placement &at,
+                            DepthView composed) {
+    const GreyView grey = now.level(image_level_);
+    const Brightness brightness{at.gain, at.offset};
+    const Pose tracking_from_published = views_.published_from_tracking.inverse();
+    const Pose to_then = at.pose.inverse();
+    const Eigen::Vector2d to_middle = Eigen::Vector2d::Constant(0.5 * (ImagePatch::side - 1));
+    for (int y = 0; y < moving_.height(); ++y)
+        for (int x = 0; x < moving_.width(); ++x) {
+            const int u = std::min(x * cell_px + cell_px / 2, composed.width() - 1);
+            const int v = std::min(y * cell_px + cell_px / 2, composed.height() - 1);
+            if (moving_(x, y) != 0 || composed(u, v) == 0)
+                continue;
+            const Eigen::Vector3d seen = tracking_from_published *
+                                         views_.published.back_project(u, v, 1e-3 * composed(u, v));
+            if (!(seen.z() > nearest_m))
+                continue;
+            const Eigen::Vector2i first =
+                (image_camera_.project(seen) - to_middle).array().round().cast<int>();
+            const Eigen::Vector2d middle = first.cast<double>() + to_middle;
+            const Eigen::Vector3d shown =
+                to_then * image_camera_.back_project(middle.x(), middle.y(), seen.z());
+            if (!(shown.z() > 0) || !shows_patch(grey, first.cast<float>()))
+                continue;
+            const Eigen::Vector2f place = (image_camera_.project(shown) - to_middle).cast<float>();
+            if (shows_patch(then.grey, place))
+                moving_(x, y) = std::abs(mean_excess(grey, first.x(), first.y(), then.grey, place,
+                                                     brightness)) > unlike_mean * then.contrast;
+        }
 }
 
 } // namespace afterglow

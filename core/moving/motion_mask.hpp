@@ -4,6 +4,7 @@
 #include "core/alignment/direct_alignment.hpp"
 #include "core/base/image.hpp"
 #include "core/base/views.hpp"
+#include "core/moving/image_patch.hpp"
 
 #include <cstdint>
 
@@ -16,21 +17,27 @@ namespace afterglow {
 /// picture is parted into square cells; a cell moves when most of the points that fall into it
 /// deviate by more than 2.5 times what the others do. Points that a nearer surface of the composed
 /// map hides tell nothing, and neither does a cell with few points. Templates leave depth edges
-/// out.
+/// out. A cell moves, too, when its grey values are others in the mean than the keyframe's image
+/// lets expect: that shows things without texture, and blur does not change it.
 ///
-/// Allocates when made; find() is real-time safe.
+/// Allocates when made; the calls are real-time safe.
 class MotionMask {
 public:
     static constexpr int cell_px = 32;
     /// Cells along so many pixels; the last may reach beyond them.
     static constexpr int cells(int pixels) { return (pixels + cell_px - 1) / cell_px; }
 
-    explicit MotionMask(const Views &views);
+    /// `image_level`: the pyramid level of keyframes' images.
+    MotionMask(const Views &views, int image_level);
 
     /// `alignment`: of `image` with `reference`, good. `composed`: the depth map made for the
     /// image, millimetres, of the published camera.
     void find(const AlignmentTemplate &reference, const Pyramid &image, const Alignment &alignment,
               DepthView composed);
+    /// Adds the cells whose middle is brighter or darker in the mean than the keyframe's image, at
+    /// `at` in the new one, lets expect.
+    void add_unlike(const KeyframeImage &then, const Pyramid &now, const Placement &at,
+                    DepthView composed);
 
     /// One for each cell, 1 where it moves.
     ImageView<const std::uint8_t> moving() const { return moving_; }
@@ -46,6 +53,8 @@ private:
 
     Views views_;
     bool same_; ///< both cameras are one
+    int image_level_;
+    Intrinsics image_camera_; ///< the tracking camera on that level
     Image<Count> counts_;
     Image<std::uint8_t> moving_;
 };

@@ -68,7 +68,7 @@ ResidualFlow::ResidualFlow(const Views &views, int most_level, bool enabled)
       least_(camera_.width, camera_.height), owner_(camera_.width, camera_.height),
       shifts_(views.published.width >> level_, views.published.height >> level_) {}
 
-void ResidualFlow::find(const Then &then, const Pyramid &now, const Placement &at,
+void ResidualFlow::find(const KeyframeImage &then, const Pyramid &now, const Placement &at,
                         DepthView composed, ImageView<const std::uint8_t> moving) {
     if (then.t_ns != then_ns_) {
         then_ns_ = then.t_ns;
@@ -155,10 +155,10 @@ void ResidualFlow::match(int x, int y, const Search &in) {
     patch.unlike = false;
     const Eigen::Vector2i first = {first_pixel(x), first_pixel(y)};
     patch.place = place_of(first.cast<float>(), in);
-    if (!shows_patch(in.then.image, patch.place))
+    if (!shows_patch(in.then.grey, patch.place))
         return;
     const ImagePatch seen = patch_at(in.now, first.x(), first.y());
-    patch.fit = fit_patch(seen, in.then.image, patch.place, in.brightness);
+    patch.fit = fit_patch(seen, in.then.grey, patch.place, in.brightness);
     patch.still = patch.fit.mean_square;
     const float same = in.then.contrast * same_grey;
     if (patch.still < same * same)
@@ -208,9 +208,9 @@ std::array<const ResidualFlow::Patch *, 4> ResidualFlow::neighbours(int x, int y
 /// Takes a flow if the patch differs less there than at the flow that it has.
 bool ResidualFlow::try_flow(const Eigen::Vector2f &flow, const ImagePatch &seen, const Search &in,
                             Patch &patch) {
-    if (!shows_patch(in.then.image, patch.place + flow))
+    if (!shows_patch(in.then.grey, patch.place + flow))
         return false;
-    const PatchFit fit = fit_patch(seen, in.then.image, patch.place + flow, in.brightness);
+    const PatchFit fit = fit_patch(seen, in.then.grey, patch.place + flow, in.brightness);
     if (!(fit.mean_square < patch.fit.mean_square))
         return false;
     patch.fit = fit;
@@ -244,7 +244,7 @@ ResidualFlow::Shift ResidualFlow::shift_of(const Patch &patch, int x, int y,
     Eigen::Vector2f flow = patch.flow;
     const Eigen::Vector2f found = patch.place + patch.flow;
     const Eigen::Vector2f back = place_of(first + flow, in);
-    if (shows_patch(in.then.image, back))
+    if (shows_patch(in.then.grey, back))
         flow += found - back;
     const Eigen::Vector2i pixels =
         (static_cast<float>(1 << level_) * flow).array().round().cast<int>();
@@ -267,8 +267,8 @@ void ResidualFlow::densify(const Search &in) {
             if (!patch.searched)
                 continue;
             const Eigen::Vector2f place = patch.place + patch.flow;
-            if (shows_patch(in.then.image, place))
-                claim_pixels(in.now, first_pixel(x), first_pixel(y), in.then.image, place,
+            if (shows_patch(in.then.grey, place))
+                claim_pixels(in.now, first_pixel(x), first_pixel(y), in.then.grey, place,
                              in.brightness, patch.moves ? y * patches_.width() + x : -1, least_,
                              owner_);
         }

@@ -38,16 +38,11 @@ public:
     static int level_for(const Intrinsics &tracking, int most_level);
     int level() const { return level_; }
 
-    /// A keyframe's image on that level, when it was taken, and its AlignmentTemplate::contrast().
-    struct Then {
-        GreyView image;
-        std::int64_t t_ns = 0;
-        float contrast = 1;
-    };
-    /// Finds the flow of a new image, `now`. `at`: pose, gain and offset of the keyframe in it.
-    /// `composed`: the depth map drawn for it, millimetres. `moving`: MotionMask::moving().
-    void find(const Then &then, const Pyramid &now, const Placement &at, DepthView composed,
-              ImageView<const std::uint8_t> moving);
+    /// Finds the flow of a new image, `now`. `then`: on level(). `at`: pose, gain and offset of the
+    /// keyframe in it. `composed`: the depth map drawn for it, millimetres. `moving`:
+    /// MotionMask::moving().
+    void find(const KeyframeImage &then, const Pyramid &now, const Placement &at,
+              DepthView composed, ImageView<const std::uint8_t> moving);
 
     /// From where in the composed map a pixel gets its depth: so many pixels of the map farther
     /// right and down. From nowhere(): it gets none.
@@ -78,7 +73,7 @@ private:
     };
     /// The arguments of find(), prepared.
     struct Search {
-        Then then;
+        KeyframeImage then;
         GreyView now; ///< of the level
         Brightness brightness;
         Pose to_then; ///< points of the new image's frame to the keyframe's

@@ -95,6 +95,7 @@ TEST_CASE("an image patch is compared with another image after both means are ta
     const Eigen::Vector2d step = -H.inverse() * b;
     CHECK(fit.mean_square == Approx(square).epsilon(1e-3));
     CHECK((fit.step.cast<double>() - step).norm() < 1e-3);
+    CHECK(mean_excess(now, u, v, then, place, brightness) == Approx(mean).margin(1e-3));
 }
 
 TEST_CASE("an image patch that has become brighter than a camera shows differs in nothing",
@@ -110,6 +111,7 @@ TEST_CASE("an image patch that has become brighter than a camera shows differs i
     const Brightness brightness{now_gain / then_gain, 0};
     const GreyImage then = seen_at(then_gain), now = seen_at(now_gain);
     CHECK(fit_patch(patch_at(now, 15, 10), then, {15, 10}, brightness).mean_square < 1);
+    CHECK(std::abs(mean_excess(now, 15, 10, then, {15, 10}, brightness)) < 1);
     Image<float> least(now.width(), now.height(), std::numeric_limits<float>::max());
     Image<std::int32_t> owners(now.width(), now.height(), -1);
     claim_pixels(now, 15, 10, then, {15, 10}, brightness, 7, least, owners);

@@ -135,7 +135,7 @@ TEST_CASE("residual flow is found in moving cells, and forgotten with its keyfra
     Pyramid then(320, 240, most_level), now(320, 240, most_level);
     then.build(film.images[0]);
     now.build(film.images[1]);
-    const ResidualFlow::Then keyframe = {then.level(flow.level()), 1};
+    const KeyframeImage keyframe = {then.level(flow.level()), 1};
     Image<std::uint8_t> moving(MotionMask::cells(320), MotionMask::cells(240));
 
     flow.find(keyframe, now, {}, film.depth[0], moving);
