@@ -17,6 +17,25 @@ constexpr double nearest_m = 0.05;
 /// values; multiplied by the keyframe's contrast.
 constexpr float unlike_mean = 50;
 
+/// Whether a map has about one depth at a pixel and around it: parallax does not move what is there
+/// apart.
+bool has_one_depth(DepthView map, int u, int v) {
+    constexpr int around = 12;
+    constexpr float alike = 0.1f; // share of the depth
+    if (!map.contains(u, v) || map(u, v) == 0)
+        return false;
+    const auto middle = static_cast<float>(map(u, v));
+    for (const int dv : {-around, around})
+        for (const int du : {-around, around}) {
+            if (!map.contains(u + du, v + dv))
+                return false;
+            const auto depth = static_cast<float>(map(u + du, v + dv)); // 0 is not alike
+            if (!(std::abs(depth - middle) < alike * middle))
+                return false;
+        }
+    return true;
+}
+
 } // namespace
 
 MotionMask::MotionMask(const Views &views, int image_level)
@@ -84,9 +103,8 @@ void MotionMask::add_unlike(const KeyframeImage &then, const Pyramid &now, const
     const Eigen::Vector2d to_middle = Eigen::Vector2d::Constant(0.5 * (ImagePatch::side - 1));
     for (int y = 0; y < moving_.height(); ++y)
         for (int x = 0; x < moving_.width(); ++x) {
-            const int u = std::min(x * cell_px + cell_px / 2, composed.width() - 1);
-            const int v = std::min(y * cell_px + cell_px / 2, composed.height() - 1);
-            if (moving_(x, y) != 0 || composed(u, v) == 0)
+            const int u = x * cell_px + cell_px / 2, v = y * cell_px + cell_px / 2;
+            if (moving_(x, y) != 0 || !has_one_depth(composed, u, v))
                 continue;
             const Eigen::Vector3d seen = tracking_from_published *
                                          views_.published.back_project(u, v, 1e-3 * composed(u, v));

@@ -35,7 +35,7 @@ public:
     void find(const AlignmentTemplate &reference, const Pyramid &image, const Alignment &alignment,
               DepthView composed);
     /// Adds the cells whose middle is brighter or darker in the mean than the keyframe's image, at
-    /// `at` in the new one, lets expect.
+    /// `at` in the new one, lets expect, and has about one depth.
     void add_unlike(const KeyframeImage &then, const Pyramid &now, const Placement &at,
                     DepthView composed);
 
