@@ -36,6 +36,14 @@ bool has_one_depth(DepthView map, int u, int v) {
     return true;
 }
 
+/// Whether an image shows more than black in the corners of a square that begins at (u, v) or right
+/// behind it. What a camera with a lens does not see is black (LumaResampler).
+bool shows_corners(GreyView image, int u, int v) {
+    constexpr int side = ImagePatch::side;
+    return image(u, v) > 0 && image(u + side, v) > 0 && image(u, v + side) > 0 &&
+           image(u + side, v + side) > 0;
+}
+
 } // namespace
 
 MotionMask::MotionMask(const Views &views, int image_level)
@@ -118,9 +126,12 @@ void MotionMask::add_unlike(const KeyframeImage &then, const Pyramid &now, const
             if (!(shown.z() > 0) || !shows_patch(grey, first.cast<float>()))
                 continue;
             const Eigen::Vector2f place = (image_camera_.project(shown) - to_middle).cast<float>();
-            if (shows_patch(then.grey, place))
-                moving_(x, y) = std::abs(mean_excess(grey, first.x(), first.y(), then.grey, place,
-                                                     brightness)) > unlike_mean * then.contrast;
+            if (!shows_patch(then.grey, place) || !shows_corners(grey, first.x(), first.y()) ||
+                !shows_corners(then.grey, static_cast<int>(place.x()), static_cast<int>(place.y())))
+                continue;
+            const float excess =
+                mean_excess(grey, first.x(), first.y(), then.grey, place, brightness);
+            moving_(x, y) = std::abs(excess) > unlike_mean * then.contrast;
         }
 }
 

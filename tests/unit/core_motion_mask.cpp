@@ -6,6 +6,8 @@
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
+
 using namespace afterglow;
 
 namespace {
@@ -103,6 +105,46 @@ TEST_CASE("a plain thing that slides before a plain wall is seen to move by its 
     CHECK(shown_too_far(dark) < 100);
     CHECK(shown_too_far(alike) > 3000);
     CHECK(dark.estimate.moved_mre > 0);
+}
+
+TEST_CASE("cells whose grey values differ in the mean move, where depth and both images tell",
+          "[core]") {
+    const Intrinsics camera{
+        .fx = 300, .fy = 300, .cx = 159.5, .cy = 119.5, .width = 320, .height = 240};
+    constexpr int level = 1, cell = MotionMask::cell_px;
+    // Two columns of cells on the left, in one of the images.
+    const auto band = [&](std::uint8_t luma) {
+        Pyramid image(camera.width, camera.height, level);
+        Luma picture(camera.width, camera.height, 180);
+        for (int v = 0; v < camera.height; ++v)
+            std::fill_n(picture.row(v), 2 * cell, luma);
+        image.build(picture);
+        return image;
+    };
+    const auto moving = [&](const Pyramid &then, const Pyramid &now, float gain = 1,
+                            float contrast = 1) {
+        DepthMap depth(camera.width, camera.height, 2000);
+        std::fill_n(depth.row(0), camera.width * cell, std::uint16_t{0}); // of a row of cells
+        std::fill_n(depth.row(cell), camera.width * cell / 2, std::uint16_t{1500}); // an edge
+        MotionMask mask(camera, level);
+        Placement at;
+        at.gain = gain;
+        mask.add_unlike({then.level(level), 1, contrast}, now, at, depth);
+        const auto cells = mask.moving();
+        int band_cells = 0, others = 0;
+        for (int y = 0; y < cells.height(); ++y)
+            for (int x = 0; x < cells.width(); ++x)
+                (x < 2 && y >= 2 ? band_cells : others) += cells(x, y);
+        CHECK(others == 0);
+        return band_cells;
+    };
+    constexpr int all = 10; // of five rows; the last row of cells is not whole
+    CHECK(moving(band(180), band(120)) == all);
+    CHECK(moving(band(120), band(180)) == all);
+    CHECK(moving(band(180), band(140)) == 0);
+    CHECK(moving(band(180), band(140), 1, 0.5f) == all); // a dim keyframe
+    CHECK(moving(band(180), band(0)) == 0);              // what a lens does not show
+    CHECK(moving(band(0), band(180)) == 0);
 }
 
 TEST_CASE("no pixel is left empty for motion in a rigid scene with occlusions", "[core]") {
