@@ -17,8 +17,8 @@ constexpr double nearest_m = 0.05;
 /// values; multiplied by the keyframe's contrast.
 constexpr float unlike_mean = 50;
 
-/// Whether a map has about one depth at a pixel and around it: parallax does not move what is there
-/// apart.
+/// Whether depth differs by less than 10 % between a pixel and four places around it. At a depth
+/// edge parallax moves the two sides apart, which changes the mean grey value without motion.
 bool has_one_depth(DepthView map, int u, int v) {
     constexpr int around = 12;
     constexpr float alike = 0.1f; // share of the depth

@@ -17,8 +17,8 @@ namespace afterglow {
 /// picture is parted into square cells; a cell moves when most of the points that fall into it
 /// deviate by more than 2.5 times what the others do. Points that a nearer surface of the composed
 /// map hides tell nothing, and neither does a cell with few points. Templates leave depth edges
-/// out. A cell moves, too, when its grey values are others in the mean than the keyframe's image
-/// lets expect: that shows things without texture, and blur does not change it.
+/// out. A cell moves, too, when its mean grey value is not the one expected by the keyframe's
+/// image: that shows things without texture, and blur hardly changes a mean.
 ///
 /// Allocates when made; the calls are real-time safe.
 class MotionMask {
@@ -34,8 +34,9 @@ public:
     /// image, millimetres, of the published camera.
     void find(const AlignmentTemplate &reference, const Pyramid &image, const Alignment &alignment,
               DepthView composed);
-    /// Adds the cells whose middle is brighter or darker in the mean than the keyframe's image, at
-    /// `at` in the new one, lets expect, and has about one depth.
+    /// Adds each cell whose middle has about one depth, and a mean grey value that is not the one
+    /// expected by the keyframe's image. `then`: that image, on `image_level`. `at`: pose, gain and
+    /// offset of the keyframe in the new image, `now`. `composed`: as for find().
     void add_unlike(const KeyframeImage &then, const Pyramid &now, const Placement &at,
                     DepthView composed);
 
@@ -52,8 +53,8 @@ private:
     Eigen::Vector2i published_pixel(float u, float v, float depth) const;
 
     Views views_;
-    bool same_; ///< both cameras are one
-    int image_level_;
+    bool same_;               ///< both cameras are one
+    int image_level_;         ///< pyramid level of keyframes' images
     Intrinsics image_camera_; ///< the tracking camera on that level
     Image<Count> counts_;
     Image<std::uint8_t> moving_;
