@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "eval/import.hpp"
 
+#include "eval/datasets/alteration.hpp"
 #include "eval/datasets/dataset.hpp"
 #include "eval/datasets/import.hpp"
 #include "eval/progress.hpp"
@@ -35,12 +36,20 @@ void ImportArguments::add_to(CLI::App &command) {
         ->check(CLI::IsMember(layout_names()));
     command.add_option("--frames", frames, "Only the first so many; 0 = all")
         ->check(CLI::Range(0, std::numeric_limits<int>::max()));
+    std::string words = "As other cameras would have recorded it, or under another light";
+    std::set<std::string> names;
+    for (const Alteration &each : alterations()) {
+        words += fmt::format("{} {} ({})", names.empty() ? ":" : ",", each.name, each.shows);
+        names.emplace(each.name);
+    }
+    command.add_option("--alter", alteration, words)->check(CLI::IsMember(names));
 }
 
 Status import(const ImportArguments &arguments) {
     const auto imported = import_dataset(arguments.dataset, arguments.recording,
                                          {.layout = arguments.layout,
                                           .frames = static_cast<std::size_t>(arguments.frames),
+                                          .alteration = arguments.alteration,
                                           .progress = import_progress()});
     if (!imported)
         return imported.error();

@@ -18,6 +18,7 @@ struct ImportArguments {
     std::string recording;
     std::string layout;
     int frames = 0;
+    std::string alteration;
 
     void add_to(CLI::App &command);
 };

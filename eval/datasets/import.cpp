@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "eval/datasets/import.hpp"
 
+#include "core/base/printable.hpp"
 #include "drivers/files/write_recording.hpp"
+#include "eval/datasets/alteration.hpp"
 #include "eval/datasets/dataset.hpp"
 #include "eval/datasets/layout.hpp"
 
@@ -21,16 +23,19 @@ Result<ImportSummary> write(Dataset &dataset, const std::string &source,
                             const std::string &destination, const ImportOptions &options) {
     ImportSummary summary{dataset.layout, dataset.assumed, 0, 0, {}};
     std::optional<RecordingWriter> writer; // nothing is made before there is a frame
+    std::optional<FrameAlterer> alterer;
+    if (const Alteration *alteration = find_alteration(options.alteration))
+        alterer.emplace(*alteration);
     std::size_t done = 0;
     for (const Dataset::Frame &frame : dataset.frames) {
         if (options.frames > 0 && summary.frames == options.frames)
             break;
-        const Result<Luma> luma = dataset.read_luma(frame.color_path);
-        const Result<DepthMap> depth =
+        Result<Luma> luma = dataset.read_luma(frame.color_path);
+        Result<DepthMap> depth =
             luma ? dataset.read_depth(frame.depth_path) : Result<DepthMap>(luma.error());
         if (!depth) {
             skip(dataset, depth.error().message);
-        } else {
+        } else if (!alterer || alterer->alter(luma->view(), *depth)) {
             if (!writer) {
                 Result<RecordingWriter> made = RecordingWriter::create(destination, dataset.camera);
                 if (!made)
@@ -65,6 +70,9 @@ Result<ImportSummary> import_dataset(const std::string &source, const std::strin
         return Error{fmt::format("{}: cannot be imported into itself", source), EINVAL};
     if (!dataset->calibration.empty())
         return not_registered(source, dataset->calibration);
+    if (!options.alteration.empty() && !find_alteration(options.alteration))
+        return Error{fmt::format("there is no alteration \"{}\"", printable(options.alteration)),
+                     EINVAL};
     return write(*dataset, source, destination, options);
 }
 

@@ -12,8 +12,9 @@
 namespace afterglow {
 
 struct ImportOptions {
-    std::string layout;     ///< one of dataset_layouts(); empty = recognised by its files
-    std::size_t frames = 0; ///< stop after so many good ones; 0 = all
+    std::string layout;       ///< one of dataset_layouts(); empty = recognised by its files
+    std::size_t frames = 0;   ///< stop after so many good ones; 0 = all
+    std::string alteration{}; ///< of all frames, one of alterations(); empty = none
     /// Called after each frame: how many of how many were looked at. False stops there.
     std::function<bool(std::size_t done, std::size_t of)> progress;
 };

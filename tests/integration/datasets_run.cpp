@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "drivers/files/recording.hpp"
 #include "drivers/simulated/synthetic/truth.hpp"
 #include "tests/catch.hpp"
 #include "tests/dataset_folder.hpp"
@@ -6,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -41,6 +43,35 @@ TEST_CASE("afterglow-eval run scores a dataset in another layout and leaves no f
     CHECK(json.at("settings").at("layout") == "7-scenes");
     CHECK(done.errors.find("was assumed") != std::string::npos);
     CHECK(std::filesystem::is_empty(temporary.path()));
+}
+
+TEST_CASE("afterglow-eval import alters what it is told to, once it knows how", "[eval]") {
+    const DatasetFolder folder("seq-01");
+    film(folder);
+    const TemporaryFolder made;
+    const std::string plain = made / "plain", near = made / "near";
+    REQUIRE(run({"afterglow-eval", "import", folder.path(), plain}).code == 0);
+    REQUIRE(run({"afterglow-eval", "import", folder.path(), near, "--alter", "short-range"}).code ==
+            0);
+    const auto frame_of = [](const std::string &recording) {
+        const auto opened = open_recording(recording);
+        REQUIRE(opened);
+        DepthMap depth(opened->camera.width, opened->camera.height);
+        REQUIRE(read_depth_mm(*opened, 0, depth));
+        return depth;
+    };
+    DepthMap expected = frame_of(plain);
+    REQUIRE(std::ranges::max(expected.pixels()) > 2500);
+    for (std::uint16_t &z : expected.pixels())
+        z = z > 2500 ? std::uint16_t{0} : z;
+    CHECK(frame_of(near) == expected);
+
+    const std::string none = made / "none";
+    const Ended unknown =
+        run({"afterglow-eval", "import", folder.path(), none, "--alter", "shortsighted"});
+    CHECK(unknown.code == 2);
+    CHECK(unknown.errors.find("shortsighted") != std::string::npos);
+    CHECK(!std::filesystem::exists(none));
 }
 
 TEST_CASE("afterglow-eval run refuses a dataset layout that is unknown or does not fit", "[eval]") {

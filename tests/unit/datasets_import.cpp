@@ -51,6 +51,27 @@ TEST_CASE("an imported dataset is a recording with the same frames") {
     CHECK(recording->ground_truth.camera_to_world(33'333'333)->T.y() == -2);
 }
 
+TEST_CASE("an import may alter the frames, and refuses an alteration that it does not know") {
+    const DatasetFolder folder;
+    write_sequence(folder, 4);
+    const std::string late = folder.path() + "-late", near = folder.path() + "-near";
+    const Result<ImportSummary> summary =
+        import_dataset(folder.path(), late, {.layout = {}, .alteration = "late", .progress = {}});
+    REQUIRE(summary);
+    CHECK(summary->frames == 3);
+    CHECK(summary->skipped == 0);
+    const Result<Recording> recording = open_recording(late);
+    REQUIRE(recording);
+    CHECK(*read_luma(recording->entries[0].color_path) == Luma(640, 480, 10));
+    CHECK(depth_mm(*recording, 0) == 1000);
+
+    const Result<ImportSummary> refused =
+        import_dataset(folder.path(), near, {.layout = {}, .alteration = "near", .progress = {}});
+    REQUIRE(!refused);
+    CHECK(refused.error().message == "there is no alteration \"near\"");
+    CHECK(!std::filesystem::exists(near));
+}
+
 TEST_CASE("a dataset import skips and counts unreadable frames") {
     const DatasetFolder folder;
     write_sequence(folder, 5);
