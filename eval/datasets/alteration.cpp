@@ -122,13 +122,14 @@ constexpr Alteration all[] = {
     {"noisy", "white noise of 1.2 % of the depth", noisy},
     {"coarse", "depth in steps of 6 mm at 1 m, growing with its square", coarse},
     {"short-range", "no depth beyond 2.5 m", short_range},
-    {"patchy", "no depth in a quarter of the patches of 24 x 24 pixels", patchy},
+    {"patchy", "no depth in a quarter of the patches of 24 x 24 pixels, others in each frame",
+     patchy},
     {"shifted", "depth 4 pixels too far right and 2 too far down", shifted},
     {"late", "depth maps of the image before", nullptr},
     {"grainy", "images with a noise of 8 grey values", grainy},
     {"dim", "images with 0.3 of the light and a noise of 3 grey values", dim},
     {"flickering", "images brighter and darker by 10 % in turn", flickering},
-    {"blurred", "images blurred by 2.4 pixels", blurred},
+    {"blurred", "images blurred by 2.4 pixels (one sigma)", blurred},
 };
 
 } // namespace

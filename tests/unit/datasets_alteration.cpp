@@ -3,11 +3,16 @@
 #include "eval/datasets/alteration.hpp"
 #include "tests/catch.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <fstream>
+#include <iterator>
 #include <ranges>
 #include <set>
+#include <string>
 #include <string_view>
 
 using namespace afterglow;
@@ -79,6 +84,14 @@ TEST_CASE("an alteration changes either images or depth, and a frame always alik
     CHECK(of_depth ==
           std::set<std::string_view>{"coarse", "noisy", "patchy", "shifted", "short-range"});
     CHECK(find_alteration("noise") == nullptr);
+}
+
+TEST_CASE("every alteration is documented") {
+    std::ifstream file(AFTERGLOW_SOURCE_DIR "/docs/evaluation.md");
+    const std::string text(std::istreambuf_iterator<char>(file), {});
+    for (const Alteration &alteration : alterations())
+        CHECK(text.find(fmt::format("\n| `{}` | {} |\n", alteration.name, alteration.shows)) !=
+              std::string::npos);
 }
 
 TEST_CASE("noise of an alteration is as large as told and differs from frame to frame") {
