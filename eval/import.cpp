@@ -49,8 +49,8 @@ Status import(const ImportArguments &arguments) {
     const auto imported = import_dataset(arguments.dataset, arguments.recording,
                                          {.layout = arguments.layout,
                                           .frames = static_cast<std::size_t>(arguments.frames),
-                                          .alteration = arguments.alteration,
-                                          .progress = import_progress()});
+                                          .progress = import_progress()},
+                                         find_alteration(arguments.alteration));
     if (!imported)
         return imported.error();
     fmt::print("{}: {} frames, layout {}\n", arguments.recording, imported->frames,

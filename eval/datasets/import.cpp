@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "eval/datasets/import.hpp"
 
-#include "core/base/printable.hpp"
 #include "drivers/files/write_recording.hpp"
-#include "eval/datasets/alteration.hpp"
 #include "eval/datasets/dataset.hpp"
 #include "eval/datasets/layout.hpp"
 
@@ -20,11 +18,12 @@ namespace {
 namespace fs = std::filesystem;
 
 Result<ImportSummary> write(Dataset &dataset, const std::string &source,
-                            const std::string &destination, const ImportOptions &options) {
+                            const std::string &destination, const ImportOptions &options,
+                            const Alteration *alteration) {
     ImportSummary summary{dataset.layout, dataset.assumed, 0, 0, {}};
     std::optional<RecordingWriter> writer; // nothing is made before there is a frame
     std::optional<FrameAlterer> alterer;
-    if (const Alteration *alteration = find_alteration(options.alteration))
+    if (alteration)
         alterer.emplace(*alteration);
     std::size_t done = 0;
     for (const Dataset::Frame &frame : dataset.frames) {
@@ -53,7 +52,9 @@ Result<ImportSummary> write(Dataset &dataset, const std::string &source,
     summary.skipped = dataset.skipped;
     summary.skipped_reason = dataset.skipped_reason;
     if (summary.frames == 0)
-        return Error{fmt::format("{}: no frame could be read: {}", source, summary.skipped_reason),
+        return Error{fmt::format("{}: no frame could be read: {}", source,
+                                 summary.skipped > 0 ? summary.skipped_reason
+                                                     : "the alteration leaves out the only one"),
                      EINVAL};
     return summary;
 }
@@ -61,7 +62,7 @@ Result<ImportSummary> write(Dataset &dataset, const std::string &source,
 } // namespace
 
 Result<ImportSummary> import_dataset(const std::string &source, const std::string &destination,
-                                     const ImportOptions &options) {
+                                     const ImportOptions &options, const Alteration *alteration) {
     Result<Dataset> dataset = open_dataset(source, options.layout);
     if (!dataset)
         return dataset.error();
@@ -70,10 +71,7 @@ Result<ImportSummary> import_dataset(const std::string &source, const std::strin
         return Error{fmt::format("{}: cannot be imported into itself", source), EINVAL};
     if (!dataset->calibration.empty())
         return not_registered(source, dataset->calibration);
-    if (!options.alteration.empty() && !find_alteration(options.alteration))
-        return Error{fmt::format("there is no alteration \"{}\"", printable(options.alteration)),
-                     EINVAL};
-    return write(*dataset, source, destination, options);
+    return write(*dataset, source, destination, options, alteration);
 }
 
 Result<ReplayFolder> ReplayFolder::prepare(const std::string &source,
@@ -93,7 +91,7 @@ Result<ReplayFolder> ReplayFolder::prepare(const std::string &source,
     // The recording is named after the dataset, as reports show it.
     folder.path_ = directory->path() + "/" + folder_name(source);
     folder.temporary_.emplace(*std::move(directory));
-    Result<ImportSummary> summary = write(*dataset, source, folder.path_, options);
+    Result<ImportSummary> summary = write(*dataset, source, folder.path_, options, nullptr);
     if (!summary)
         return summary.error();
     folder.summary_ = *std::move(summary);

@@ -3,6 +3,7 @@
 
 #include "core/base/result.hpp"
 #include "core/base/temporary_directory.hpp"
+#include "eval/datasets/alteration.hpp"
 
 #include <cstddef>
 #include <functional>
@@ -12,9 +13,8 @@
 namespace afterglow {
 
 struct ImportOptions {
-    std::string layout;       ///< one of dataset_layouts(); empty = recognised by its files
-    std::size_t frames = 0;   ///< stop after so many good ones; 0 = all
-    std::string alteration{}; ///< of all frames, one of alterations(); empty = none
+    std::string layout;     ///< one of dataset_layouts(); empty = recognised by its files
+    std::size_t frames = 0; ///< stop after so many good ones; 0 = all
     /// Called after each frame: how many of how many were looked at. False stops there.
     std::function<bool(std::size_t done, std::size_t of)> progress;
 };
@@ -32,9 +32,10 @@ struct ImportSummary {
 /// Turns a sequence of any known layout into a recording that replay reads: the folder
 /// `destination`, with images as luma and depth registered to them in millimetres. One frame at a
 /// time; what was written stays readable when it stops early. A destination that holds a recording
-/// is refused.
+/// is refused. `alteration`: of all frames.
 Result<ImportSummary> import_dataset(const std::string &source, const std::string &destination,
-                                     const ImportOptions &options = {});
+                                     const ImportOptions &options = {},
+                                     const Alteration *alteration = nullptr);
 
 /// A folder that replay reads, for a dataset in any layout. A recording is used where it is;
 /// anything else is imported into a temporary folder, which goes with this object.

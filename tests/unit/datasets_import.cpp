@@ -51,12 +51,12 @@ TEST_CASE("an imported dataset is a recording with the same frames") {
     CHECK(recording->ground_truth.camera_to_world(33'333'333)->T.y() == -2);
 }
 
-TEST_CASE("an import may alter the frames, and refuses an alteration that it does not know") {
+TEST_CASE("an import may alter the frames, and leave out what has no depth then") {
     const DatasetFolder folder;
     write_sequence(folder, 4);
-    const std::string late = folder.path() + "-late", near = folder.path() + "-near";
+    const std::string late = folder.path() + "-late";
     const Result<ImportSummary> summary =
-        import_dataset(folder.path(), late, {.layout = {}, .alteration = "late", .progress = {}});
+        import_dataset(folder.path(), late, {}, find_alteration("late"));
     REQUIRE(summary);
     CHECK(summary->frames == 3);
     CHECK(summary->skipped == 0);
@@ -65,11 +65,13 @@ TEST_CASE("an import may alter the frames, and refuses an alteration that it doe
     CHECK(*read_luma(recording->entries[0].color_path) == Luma(640, 480, 10));
     CHECK(depth_mm(*recording, 0) == 1000);
 
-    const Result<ImportSummary> refused =
-        import_dataset(folder.path(), near, {.layout = {}, .alteration = "near", .progress = {}});
-    REQUIRE(!refused);
-    CHECK(refused.error().message == "there is no alteration \"near\"");
-    CHECK(!std::filesystem::exists(near));
+    const DatasetFolder one;
+    write_sequence(one, 1);
+    const Result<ImportSummary> none =
+        import_dataset(one.path(), one.path() + "-late", {}, find_alteration("late"));
+    REQUIRE(!none);
+    CHECK(none.error().message ==
+          one.path() + ": no frame could be read: the alteration leaves out the only one");
 }
 
 TEST_CASE("a dataset import skips and counts unreadable frames") {
