@@ -31,22 +31,14 @@ void change_each(ImageView<T> image, const Value &value) {
             image(u, v) = rounded<T>(value(image(u, v), u, v));
 }
 
-/// A draw from nearly the standard normal distribution: the sum of 12 uniform numbers.
-double normal(Random &random) {
-    double sum = -6;
-    for (int i = 0; i < 12; ++i)
-        sum += random.uniform();
-    return sum;
-}
-
 void add_noise(std::uint64_t frame, LumaPixels luma, double deviation) {
     Random random(frame, 0);
-    change_each(luma, [&](double grey, int, int) { return grey + deviation * normal(random); });
+    change_each(luma, [&](double grey, int, int) { return grey + deviation * random.normal(); });
 }
 
 void noisy(std::uint64_t frame, LumaPixels, DepthPixels depth) {
     Random random(frame, 1);
-    change_each(depth, [&](double z, int, int) { return z * (1 + 0.012 * normal(random)); });
+    change_each(depth, [&](double z, int, int) { return z * (1 + 0.012 * random.normal()); });
 }
 
 /// The disparity of a structured-light camera comes in steps: 6 mm of depth at 1 m.
@@ -89,7 +81,8 @@ void dim(std::uint64_t frame, LumaPixels luma, DepthPixels) {
     add_noise(frame, luma, 3);
 }
 
-/// A lamp at 50 Hz before a camera at 30: the frames' brightness repeats after three.
+/// A lamp on 50 Hz mains flickers at 100 Hz: of a camera at 30 frames a second every third image is
+/// as bright as another.
 void flickering(std::uint64_t frame, LumaPixels luma, DepthPixels) {
     const double turn = 2 * std::numbers::pi / 3 * static_cast<double>(frame);
     const double factor = 1 + 0.12 * std::sin(turn);
@@ -128,7 +121,7 @@ constexpr Alteration all[] = {
     {"late", "depth maps of the image before", nullptr},
     {"grainy", "images with a noise of 8 grey values", grainy},
     {"dim", "images with 0.3 of the light and a noise of 3 grey values", dim},
-    {"flickering", "images brighter and darker by 10 % in turn", flickering},
+    {"flickering", "of three images one as it was, one 10 % brighter, one 10 % darker", flickering},
     {"blurred", "images blurred by 2.4 pixels (one sigma)", blurred},
 };
 

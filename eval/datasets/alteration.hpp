@@ -29,7 +29,7 @@ class FrameAlterer {
 public:
     explicit FrameAlterer(const Alteration &alteration) : alteration_(alteration) {}
 
-    /// The next frame. False: it is left out.
+    /// Changes the next frame of the recording. False: it has to be left out.
     bool alter(ImageView<std::uint8_t> luma, DepthMap &depth);
 
 private:

@@ -45,7 +45,9 @@ TEST_CASE("afterglow-eval run scores a dataset in another layout and leaves no f
     CHECK(std::filesystem::is_empty(temporary.path()));
 }
 
-TEST_CASE("afterglow-eval import alters what it is told to, once it knows how", "[eval]") {
+TEST_CASE(
+    "afterglow-eval import --alter changes a recording, and refuses a kind that it does not know",
+    "[eval]") {
     const DatasetFolder folder("seq-01");
     film(folder);
     const TemporaryFolder made;

@@ -64,7 +64,8 @@ Difference difference(const Image<T> &now, const Image<T> &before, const Scale &
 
 } // namespace
 
-TEST_CASE("an alteration changes either images or depth, and a frame always alike") {
+TEST_CASE(
+    "an alteration changes images or depth maps, not both, and the same frame in the same way") {
     const Frame original;
     std::set<std::string_view> of_depth;
     for (const Alteration &alteration : alterations()) {
@@ -94,7 +95,7 @@ TEST_CASE("every alteration is documented") {
               std::string::npos);
 }
 
-TEST_CASE("noise of an alteration is as large as told and differs from frame to frame") {
+TEST_CASE("the noise of an altered recording has the documented deviation and differs by frame") {
     const Frame original;
     const auto itself = [](double z) { return z; };
     const auto one = [](double) { return 1.0; };
@@ -168,7 +169,7 @@ TEST_CASE("altered images are blurred, dim or flicker") {
     CHECK(difference(altered("flickering", 3).luma, original.luma, one).deviation == 0);
 }
 
-TEST_CASE("depth maps that come late are those of the image before") {
+TEST_CASE("the alteration \"late\" gives each image the depth map of the image before") {
     const Alteration *const late = find_alteration("late");
     REQUIRE(late);
     FrameAlterer alterer(*late);

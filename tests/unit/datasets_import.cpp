@@ -51,7 +51,7 @@ TEST_CASE("an imported dataset is a recording with the same frames") {
     CHECK(recording->ground_truth.camera_to_world(33'333'333)->T.y() == -2);
 }
 
-TEST_CASE("an import may alter the frames, and leave out what has no depth then") {
+TEST_CASE("an import with late depth maps leaves out the first frame, and refuses a single one") {
     const DatasetFolder folder;
     write_sequence(folder, 4);
     const std::string late = folder.path() + "-late";

@@ -41,16 +41,10 @@ float most_different(ImageView<const float> z, int u, int v) {
 } // namespace
 
 Noise::Noise(std::uint64_t seed, const TofNoise &tof) : seed_(seed), tof_(tof) {
-    // The sum of 12 uniform numbers has variance 1 and is as good as normal for a sensor; no
-    // library's logarithm decides what it is.
     Random random(seed, 3);
     normal_.reserve(draws);
-    for (std::size_t i = 0; i < draws; ++i) {
-        double sum = -6;
-        for (int j = 0; j < 12; ++j)
-            sum += random.uniform();
-        normal_.push_back(static_cast<float>(sum));
-    }
+    for (std::size_t i = 0; i < draws; ++i)
+        normal_.push_back(static_cast<float>(random.normal()));
 }
 
 void Noise::measure(std::uint64_t frame, ImageView<const float> z, LumaView luma,

@@ -22,6 +22,14 @@ public:
     /// In [0, 1).
     double uniform() { return static_cast<double>(next() >> 11) * 0x1p-53; }
     double uniform(double low, double high) { return low + (high - low) * uniform(); }
+    /// From nearly the standard normal distribution: the sum of 12 uniform numbers has variance 1,
+    /// and no library's logarithm decides what it is.
+    double normal() {
+        double sum = -6;
+        for (int i = 0; i < 12; ++i)
+            sum += uniform();
+        return sum;
+    }
     /// In [0, bound).
     int below(int bound) { return static_cast<int>(uniform() * bound); }
 
