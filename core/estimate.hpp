@@ -50,8 +50,10 @@ struct Estimate {
     bool tracked = false;
     /// Predicted mean relative error, percent. Negative: this preset does not predict it.
     float expected_mre = -1;
-    /// The same of a fresh measurement, as far as the last one tells; holds where expected_mre
-    /// does.
+    /// The same, if the TOF camera did not err alike in near views: only what carrying the map adds
+    /// makes it grow. Holds where expected_mre does, and so does what follows.
+    float independent_mre = -1;
+    /// independent_mre of a fresh measurement, as far as the last one tells.
     float fresh_mre = 0;
     /// What the gate adds to expected_mre for pixels that have no depth because something moved
     /// there, percent.

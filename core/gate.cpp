@@ -63,16 +63,18 @@ bool Gate::wants_light(const Estimate &estimate, bool ready, const FrameSchedule
     if (since_measurement_ >= 0)
         ++since_measurement_;
     last_mre_ = estimate.expected_mre + estimate.moved_mre;
+    last_independent_ = estimate.independent_mre + estimate.moved_mre;
     if (frames.now) {
         frame_at_ = since_measurement_;
         frame_interval_ = frames.next_in;
     }
     if (since_measurement_ == 1) {
         first_mre_ = last_mre_;
+        first_independent_ = last_independent_;
         first_coverage_ = estimate.relative_coverage;
         excess_ = 0;
     }
-    excess_ += excess_of(last_mre_);
+    excess_ += excess_of(last_independent_);
     fresh_mre_ = estimate.fresh_mre;
     lost_ = estimate.wants_measurement;
     tokens_ = std::min(tokens_ + policy_.duty_cycle_budget / 100, policy_.budget_burst);
@@ -98,8 +100,8 @@ void Gate::measured() {
         latency_ = std::max(waited_, 0);
     // The error of a map that was lost tells nothing of how errors grow.
     if (frame_at_ > 1 && !lost_) {
-        const double least = least_carried * first_mre_;
-        growth_ = first_mre_ > 0 ? growth_per_image() / std::max(carried(), least) : 0;
+        const double least = least_carried * first_independent_;
+        growth_ = first_independent_ > 0 ? growth_per_image() / std::max(carried(), least) : 0;
     }
     kept_images_ = kept_ ? kept_images_ + since_measurement_ : 0;
     kept_ = !exhausted_ && (policy_.mode == GateMode::always_on ||
@@ -153,20 +155,27 @@ bool Gate::too_old(const Estimate &estimate) const {
            policy_.longest_age_ms;
 }
 
-/// By how much the squared error is more than that of a map just measured; percent^2.
-double Gate::excess_of(double mre) const {
-    return std::max(mre * mre - first_mre_ * first_mre_, 0.0);
+/// By how much the squared error is more than that of a map just measured; percent^2. A measurement
+/// does not save what near views of the TOF camera have alike.
+double Gate::excess_of(double independent_mre) const {
+    const double first = first_independent_;
+    return std::max(independent_mre * independent_mre - first * first, 0.0);
 }
 
 /// What carrying a map for one image has added to a fresh one's error, percent.
 double Gate::carried() const {
-    return std::max(first_mre_ - fresh_mre_, 0.0);
+    return std::max(first_independent_ - fresh_mre_, 0.0);
+}
+
+/// Whether a measurement would be worth its light at this independent_mre, percent.
+bool Gate::would_help(double independent_mre) const {
+    return fresh_mre_ < policy_.worthwhile / 100 * independent_mre;
 }
 
 /// By how much the error grows from image to image, percent: as it has since the first map after
 /// the measurement, or, where no other has been made, as with the measurement before.
 double Gate::growth_per_image() const {
-    return frame_at_ > 1 ? std::max(last_mre_ - first_mre_, 0.0) / (frame_at_ - 1)
+    return frame_at_ > 1 ? std::max(last_independent_ - first_independent_, 0.0) / (frame_at_ - 1)
                          : growth_ * carried();
 }
 
@@ -182,28 +191,30 @@ GateReason Gate::judge_map(const Estimate &estimate, const FrameSchedule &frames
     if (!frames.now && !in_time)
         return GateReason::none;
     const int ahead = in_time ? since_measurement_ - frame_at_ + latency_ : 0;
-    const double mre = last_mre_ + ahead * growth_per_image();
+    const double growth = ahead * growth_per_image();
     const double lost =
         frame_at_ > 1
             ? std::max(first_coverage_ - estimate.relative_coverage, 0.0) / (frame_at_ - 1)
             : 0.0;
     const double coverage = estimate.relative_coverage - ahead * lost;
-    const bool helps = estimate.fresh_mre < policy_.worthwhile / 100 * mre;
-    if (mre > policy_.target_mre && helps)
+    if (last_mre_ + growth > policy_.target_mre && would_help(last_independent_ + growth))
         return GateReason::error;
-    if (in_time && pays_off(last_mre_, mre))
+    if (in_time && pays_off(growth))
         return GateReason::saving;
     return coverage < policy_.coverage_floor ? GateReason::coverage : GateReason::none;
 }
 
 /// Measured every n images at a price p, an image costs (sum_i e_i^2 + p) / n in the mean. That is
-/// least where the next image would cost more than this mean. e_i: expected errors, percent, now
-/// and when a measurement could arrive; errors of a map just measured are not to be saved.
-bool Gate::pays_off(double mre, double mre_at_arrival) const {
+/// least where the next image would cost more than this mean. e_i: expected errors, percent, of
+/// which a map just measured has none that could be saved. `growth`: of the error until a
+/// measurement could arrive.
+bool Gate::pays_off(double growth) const {
     const double price = policy_.measurement_price * policy_.target_mre * policy_.target_mre;
-    const double until_arrival = latency_ * (excess_of(mre) + excess_of(mre_at_arrival)) / 2;
+    const double now = excess_of(last_independent_);
+    const double at_arrival = excess_of(last_independent_ + growth);
+    const double until_arrival = latency_ * (now + at_arrival) / 2;
     const int frames = since_measurement_ + latency_;
-    return price > 0 && frames * excess_of(mre_at_arrival) - excess_ - until_arrival >= price;
+    return price > 0 && frames * at_arrival - excess_ - until_arrival >= price;
 }
 
 /// Whether the next map would be too wrong by the time that a TOF camera which goes dark now could
@@ -214,8 +225,8 @@ bool Gate::wakes_too_late() const {
     if (latency_ <= frame_interval_ || policy_.shortest_interval_frames > 1 ||
         kept_images_ >= longest_kept * latency_)
         return false;
-    const double mre = first_mre_ + latency_ * growth_ * carried();
-    return mre > policy_.target_mre && fresh_mre_ < policy_.worthwhile / 100 * mre;
+    const double growth = latency_ * growth_ * carried();
+    return first_mre_ + growth > policy_.target_mre && would_help(first_independent_ + growth);
 }
 
 } // namespace afterglow

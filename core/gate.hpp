@@ -109,10 +109,11 @@ private:
     GateReason decide_automatic(const Estimate &estimate, const FrameSchedule &frames) const;
     double carried() const;
     double growth_per_image() const;
-    double excess_of(double mre) const;
+    double excess_of(double independent_mre) const;
+    bool would_help(double independent_mre) const;
     GateReason judge_map(const Estimate &estimate, const FrameSchedule &frames) const;
     bool too_old(const Estimate &estimate) const;
-    bool pays_off(double mre, double mre_at_arrival) const;
+    bool pays_off(double growth) const;
     bool wakes_too_late() const;
 
     GatePolicy policy_;
@@ -129,8 +130,10 @@ private:
     GateReason reason_ = GateReason::none;
     bool budget_spent_ = false;
     // Percent: expected_mre and moved_mre of the first estimate since the measurement, and of the
-    // last one; relative coverage of the first; fresh_mre of the last.
+    // last one; the same with independent_mre; relative coverage of the first; fresh_mre of the
+    // last.
     double first_mre_ = 0, last_mre_ = 0;
+    double first_independent_ = 0, last_independent_ = 0;
     double first_coverage_ = 0;
     double fresh_mre_ = 0;
     double excess_ = 0; ///< sum of excess_of() since the measurement

@@ -16,6 +16,7 @@ inline const Estimate bad{.source = FrameSource::none, .wants_measurement = true
 inline Estimate expecting(double mre, double coverage = 100, double fresh_mre = 0) {
     Estimate e{.source = FrameSource::estimated};
     e.expected_mre = static_cast<float>(mre);
+    e.independent_mre = e.expected_mre;
     e.fresh_mre = static_cast<float>(fresh_mre);
     e.relative_coverage = static_cast<float>(coverage);
     return e;

@@ -106,6 +106,13 @@ MapError map_error(const DepthSurface &surface, const Views &views, const Pose &
     return e;
 }
 
+float differing_share(float displacement) {
+    // The share of the variance that differs from reading to reading of one view, and the
+    // displacement at which half of the rest does.
+    constexpr float of_one_view = 0.4f, half = 0.02f;
+    return std::sqrt(of_one_view + (1 - of_one_view) * displacement / (displacement + half));
+}
+
 float pixel_error(const MapError &map, const SensorNoise &noise, float shared_noise, float z,
                   int edge_distance, const ErrorScales &scales) {
     // Both the carried reading and the fresh one it is compared with are noisy.

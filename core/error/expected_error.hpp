@@ -55,6 +55,10 @@ struct ErrorScales {
     bool operator==(const ErrorScales &) const = default;
 };
 
+/// A TOF camera errs alike in near views. By this share of a fresh map's error a reading differs
+/// from it that was taken from where the scene is seen `displacement` away, radians.
+float differing_share(float displacement);
+
 /// Expected relative error of one pixel of a carried map against a fresh reading.
 float pixel_error(const MapError &map, const SensorNoise &noise, float shared_noise, float z,
                   int edge_distance, const ErrorScales &scales = {});

@@ -32,6 +32,15 @@ ImageView<T> cell_of(ImageView<T> image, int x, int y) {
                    std::min(size, image.height() - y * size));
 }
 
+/// What the confidences promise, percent, in the mean; 100 without.
+float mean_error(const ConfidenceSum &of) {
+    if (of.pixels == 0)
+        return 100;
+    // The expected error is linear in the confidence, and 0 is no confidence.
+    const double mean = static_cast<double>(of.sum) / of.pixels;
+    return static_cast<float>(100 * confidence_step * (measured_confidence - mean));
+}
+
 } // namespace
 
 DepthComposer::DepthComposer(const Views &views, const KeyframeOptions &options, WorkerPool &pool)
@@ -50,7 +59,7 @@ void DepthComposer::clear() {
     std::ranges::fill(depth_.pixels(), std::uint16_t{0});
     std::ranges::fill(confidence_.pixels(), std::uint8_t{0});
     covered_ = left_empty_ = layer_count_ = 0;
-    judged_ = {};
+    judged_ = independent_ = {};
     for (Cell &cell : cells_.pixels())
         cell.unfinished = false;
 }
@@ -86,6 +95,9 @@ void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const P
         layer.noise = k.surface.noise();
         layer.error = map_error(k.surface, views_, pose, alignment.covariance, options_.error,
                                 k.calibration_shift);
+        // From where the TOF camera was to where it would measure now.
+        const Pose moved = views_.published_from_surface().inverse() * pose;
+        layer.differing = differing_share(mean_displacement(k.surface, views_.surface, moved));
         misplaced_ = std::max(misplaced_, layer.error.misplaced);
     }
 }
@@ -260,34 +272,42 @@ void DepthComposer::fill_in() {
     }
 }
 
-DepthComposer::ConfidenceTable DepthComposer::confidences(const ErrorScales &scales) const {
+DepthComposer::ConfidenceTable DepthComposer::confidences(const ErrorScales &scales,
+                                                          NearViews near) const {
     ConfidenceTable table{};
-    for (int l = 0; l < layer_count_; ++l)
-        for (int d = 1; d <= far_from_edge; ++d) {
-            const Layer &layer = layers_[static_cast<std::size_t>(l)];
+    for (int l = 0; l < layer_count_; ++l) {
+        const Layer &layer = layers_[static_cast<std::size_t>(l)];
+        const float seen = near == NearViews::err_alike ? layer.differing : 1;
+        const ErrorScales scaled = {.fresh = seen * scales.fresh, .carried = scales.carried};
+        for (int d = 1; d <= far_from_edge; ++d)
             for (int bin = 0; bin < depth_bins; ++bin) {
                 const float z = middle_of_bin(bin);
                 table[static_cast<std::size_t>(place_in_table(l * class_layer + d, bin))] =
                     estimated_confidence(layer.error.misplaced +
                                          pixel_error(layer.error, layer.noise,
-                                                     options_.error.shared_noise, z, d, scales));
+                                                     options_.error.shared_noise, z, d, scaled));
             }
-        }
+    }
     return table;
 }
 
 void DepthComposer::judge(const Doubts &doubts, bool all_rows) {
     if (!find_doubts(doubts, all_rows))
         return;
-    table_ = confidences(doubts.scales);
+    table_ = confidences(doubts.scales, NearViews::err_alike);
+    independent_table_ = confidences(doubts.scales, NearViews::independent);
     pool_.run(cells_.height(), [&](int y) {
         for (int x = 0; x < cells_.width(); ++x)
-            if (cells_(x, y).judge)
+            if (cells_(x, y).judge) {
                 judge_cell(x, y, all_rows);
+                judge_independent(x, y);
+            }
     });
-    judged_ = {};
-    for (const Cell &cell : cells_.pixels())
+    judged_ = independent_ = {};
+    for (const Cell &cell : cells_.pixels()) {
         judged_ += cell.judged;
+        independent_ += cell.independent;
+    }
 }
 
 void DepthComposer::judge_rest() {
@@ -321,18 +341,35 @@ bool DepthComposer::find_doubts(const Doubts &doubts, bool all_rows) {
 }
 
 void DepthComposer::judge_cell(int x, int y, bool all_rows) {
-    const int every = all_rows ? 1 : summed_row;
-    const auto depth = cell_of(depth_.view(), x, y);
     Cell &cell = cells_(x, y);
+    const int every = all_rows ? 1 : summed_row;
+    cell.judged = look_up_cell(x, y, table_, every, cell_of(confidence_.view(), x, y));
+    cell.unfinished = !all_rows;
+}
+
+/// The sum of what the cell's confidences were, if the TOF camera did not err alike in near views.
+void DepthComposer::judge_independent(int x, int y) {
+    std::array<std::uint8_t, MotionMask::cell_px * MotionMask::cell_px> unused;
+    const ImageView<std::uint8_t> confidence(unused.data(), MotionMask::cell_px,
+                                             MotionMask::cell_px, MotionMask::cell_px);
+    const auto depth = cell_of(depth_.view(), x, y);
+    cells_(x, y).independent =
+        look_up_cell(x, y, independent_table_, summed_row,
+                     part_of(confidence, 0, 0, depth.width(), depth.height()));
+}
+
+/// Gives one row in `every` of a cell's pixels their confidences.
+ConfidenceSum DepthComposer::look_up_cell(int x, int y, const ConfidenceTable &table, int every,
+                                          ImageView<std::uint8_t> confidence) const {
+    const auto depth = cell_of(depth_.view(), x, y);
     // The expected error is linear in the confidence; less than a step of it is left out.
-    const float steps = std::min(cell.local / confidence_step, 254.0f);
+    const float steps = std::min(cells_(x, y).local / confidence_step, 254.0f);
     const float less = steps < 1 ? 0 : std::ceil(steps);
     const std::uint16_t middle = depth(depth.width() / 2, depth.height() / 2);
-    cell.judged = look_up_confidences(
+    return look_up_confidences(
         {every_row(depth, every), every_row(cell_of(classes_.view(), x, y), every)},
-        {table_.data(), static_cast<std::uint8_t>(less)}, depth_bin(middle), summed_row / every,
-        every_row(cell_of(confidence_.view(), x, y), every));
-    cell.unfinished = !all_rows;
+        {table.data(), static_cast<std::uint8_t>(less)}, depth_bin(middle), summed_row / every,
+        every_row(confidence, every));
 }
 
 ImageView<const ComparedErrors> DepthComposer::compare(DepthView measured) {
@@ -356,16 +393,17 @@ int DepthComposer::overlay(DepthView measured) {
         pixels += row.measured;
         judged_ += row.covered;
     }
+    independent_ = judged_;
     covered_ = judged_.pixels;
     return pixels;
 }
 
 float DepthComposer::expected_mre() const {
-    if (judged_.pixels == 0)
-        return 100;
-    // The expected error is linear in the confidence, and 0 is no confidence.
-    const double mean = static_cast<double>(judged_.sum) / judged_.pixels;
-    return static_cast<float>(100 * confidence_step * (measured_confidence - mean));
+    return mean_error(judged_);
+}
+
+float DepthComposer::independent_mre() const {
+    return mean_error(independent_);
 }
 
 } // namespace afterglow

@@ -74,6 +74,10 @@ public:
     /// Mean of what the confidences promise, percent, over the pixels that have depth in every
     /// fourth row, or after overlay() in all; 100 without.
     float expected_mre() const;
+    /// The same, if the TOF camera did not err alike in near views (differing_share()).
+    float independent_mre() const;
+    /// differing_share() of the reference as the composed map shows it; 1 without.
+    float differing() const { return layer_count_ > 0 ? layers_[0].differing : 1; }
     /// The last compose() has drawn a new map.
     bool drawn_anew() const { return drawn_anew_; }
 
@@ -92,16 +96,18 @@ private:
     struct Layer {
         MapError error;
         SensorNoise noise;
+        float differing = 1; ///< differing_share()
     };
 
     /// What lowers the confidences of a cell's pixels, and what came of it.
     struct Cell {
-        float local = 0;         ///< relative error that is added
-        ConfidenceSum judged;    ///< over one row in `summed_row`
-        bool judge = false;      ///< whether this has to be worked out
-        bool unfinished = false; ///< other rows have not been judged
-        bool displaced = false;  ///< some of its pixels are
-        bool changed = false;    ///< its depths, though the map was not drawn anew
+        float local = 0;           ///< relative error that is added
+        ConfidenceSum judged;      ///< over one row in `summed_row`
+        ConfidenceSum independent; ///< the same, as of independent_mre()
+        bool judge = false;        ///< whether this has to be worked out
+        bool unfinished = false;   ///< other rows have not been judged
+        bool displaced = false;    ///< some of its pixels are
+        bool changed = false;      ///< its depths, though the map was not drawn anew
     };
 
     RollingShutter shutter(const Alignment &alignment, const Twist &while_read) const;
@@ -111,9 +117,13 @@ private:
     void fill_in();
     void displace_run(int left, int right, int top, int bottom, const ResidualFlow::Shift &shift);
     void restore();
-    ConfidenceTable confidences(const ErrorScales &scales) const;
+    enum class NearViews : std::uint8_t { err_alike, independent };
+    ConfidenceTable confidences(const ErrorScales &scales, NearViews near) const;
     bool find_doubts(const Doubts &doubts, bool all_rows);
     void judge_cell(int x, int y, bool all_rows);
+    void judge_independent(int x, int y);
+    ConfidenceSum look_up_cell(int x, int y, const ConfidenceTable &table, int every,
+                               ImageView<std::uint8_t> confidence) const;
 
     Views views_;
     Intrinsics camera_; ///< the published one
@@ -135,9 +145,9 @@ private:
     int layer_count_ = 0; ///< of the composed map; 0: compose() has not drawn the map
     int covered_ = 0;
     int left_empty_ = 0;
-    ConfidenceSum judged_;
-    ErrorScales scales_; ///< of the last doubts
-    ConfidenceTable table_{};
+    ConfidenceSum judged_, independent_; ///< Cell's, of all of them
+    ErrorScales scales_;                 ///< of the last doubts
+    ConfidenceTable table_{}, independent_table_{};
     float misplaced_ = 0; ///< MapError's, the most of the maps drawn
     bool drawn_anew_ = false;
     bool displaced_ = false;  ///< some of the map's pixels are

@@ -12,8 +12,8 @@ constexpr float enough_coverage = 0.98f;
 constexpr float least_fill = 0.05f;
 
 /// Two measured maps at the pose that depth itself tells differ by more than a map just measured
-/// and the next image, since time has passed: docs/estimation.md, section 7.
-constexpr double fresh_share = 0.75;
+/// and one seen as far away would, since time has passed: docs/estimation.md, section 7.
+constexpr double registered_share = 0.87;
 
 /// What is left of an error without a part of it that is added in quadrature.
 double left_of(double error, double part) {
@@ -119,12 +119,13 @@ void DepthPublication::judge(const Pose &from_world) {
 const Estimate &DepthPublication::measured(DepthView depth, const Keyframe &fresh,
                                            const Pose &from_world,
                                            const CalibrationState &calibration,
-                                           std::optional<double> registered_error) {
+                                           const std::optional<MapComparison> &compared) {
     const ErrorScales before = error_scales_.scales();
-    if (registered_error)
+    if (compared)
         // Surfaces are smoothed; the readings that estimates are compared with are not.
-        error_scales_.learn_fresh(std::hypot(fresh_share * *registered_error, white_noise_),
-                                  fresh_error_);
+        error_scales_.learn_fresh(
+            std::hypot(registered_share * compared->relative_difference, white_noise_),
+            differing_share(compared->displacement) * fresh_error_);
     composer_.judge_rest();
     if (estimate_.source == FrameSource::estimated)
         learn_errors(depth, before);
@@ -172,8 +173,9 @@ void DepthPublication::learn_errors(DepthView depth, const ErrorScales &before) 
     if (quiet.pixels >= least_pixels) {
         const double truth = quiet.true_error(), expected = quiet.expected_error();
         ratio = truth / expected;
-        error_scales_.learn_carried(
-            truth, fresh_error_, left_of(expected, before.fresh * fresh_error_) / before.carried);
+        const float fresh = composer_.differing() * fresh_error_;
+        error_scales_.learn_carried(truth, fresh,
+                                    left_of(expected, before.fresh * fresh) / before.carried);
     }
     local_errors_.learn(cells, ratio);
 }
@@ -216,6 +218,7 @@ void DepthPublication::describe_map() {
     estimate_.expected_mre = composer_.expected_mre();
     estimate_.moved_mre =
         100 * options_.error.moving_error * left_empty / std::max(covered + left_empty, 1.0f);
+    estimate_.independent_mre = composer_.independent_mre();
     estimate_.fresh_mre = 100 * (misplaced_ + error_scales_.scales().fresh * fresh_error_);
 }
 

@@ -14,6 +14,12 @@
 
 namespace afterglow {
 
+/// Of two measured maps, at the pose that depth itself tells best.
+struct MapComparison {
+    double relative_difference = 0; ///< mean
+    float displacement = 0;         ///< mean_displacement() from one to the other
+};
+
 /// What is published for each image: the composed depth map, its confidences and what follows from
 /// them. Allocates when made; the calls are real-time safe.
 class DepthPublication {
@@ -34,11 +40,10 @@ public:
                               const DepthCorrection &correction);
     /// `depth`, as the published camera sees it from `from_world`, was measured for the last image;
     /// what it lacks stays as estimated. `fresh`: the keyframe made of it; `calibration`: what it
-    /// and those before tell of the cameras. `registered_error`: mean relative difference of it and
-    /// an earlier map at the pose that depth tells best.
+    /// and those before tell of the cameras. `compared`: with an earlier map.
     const Estimate &measured(DepthView depth, const Keyframe &fresh, const Pose &from_world,
                              const CalibrationState &calibration,
-                             std::optional<double> registered_error);
+                             const std::optional<MapComparison> &compared);
 
     /// Whether Estimate::confidence is made; it is at first.
     void want_confidence(bool wanted) { confidence_wanted_ = wanted; }

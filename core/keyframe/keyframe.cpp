@@ -4,6 +4,22 @@
 #include <algorithm>
 
 namespace afterglow {
+namespace {
+
+/// Points nearer than this to a camera are not seen by it, metres.
+constexpr double nearest_seen_m = 0.05;
+
+/// Calls `of` with the pixel and the point of some of a surface's points.
+template <class Of>
+void for_sampled_points(const DepthSurface &surface, const Intrinsics &camera, Of &&of) {
+    constexpr int grid = 32;
+    for (int v = grid / 2; v < camera.height; v += grid)
+        for (int u = grid / 2; u < camera.width; u += grid)
+            if (const float z = surface.z()(u, v); z != 0.0f)
+                of(Eigen::Vector2d(u, v), camera.back_project(u, v, z));
+}
+
+} // namespace
 
 KeyframeSet::KeyframeSet(int capacity, const Views &views, const SurfaceOptions &surface_options,
                          const TemplateOptions &template_options)
@@ -39,21 +55,29 @@ Keyframe &KeyframeSet::push(const Pose &current_from_world) {
 
 float visible_share(const DepthSurface &surface, const Intrinsics &from, const Pose &pose,
                     const Intrinsics &to) {
-    constexpr int grid = 32;
     int sampled = 0, visible = 0;
-    for (int v = grid / 2; v < from.height; v += grid)
-        for (int u = grid / 2; u < from.width; u += grid) {
-            const float z = surface.z()(u, v);
-            if (z == 0.0f)
-                continue;
-            ++sampled;
-            const Eigen::Vector3d X = pose * from.back_project(u, v, z);
-            if (!(X.z() > 0.05))
-                continue;
-            const Eigen::Vector2d p = to.project(X);
-            visible += p.x() >= 0 && p.y() >= 0 && p.x() < to.width && p.y() < to.height;
-        }
+    for_sampled_points(surface, from, [&](const Eigen::Vector2d &, const Eigen::Vector3d &X) {
+        ++sampled;
+        const Eigen::Vector3d Y = pose * X;
+        if (!(Y.z() > nearest_seen_m))
+            return;
+        const Eigen::Vector2d p = to.project(Y);
+        visible += p.x() >= 0 && p.y() >= 0 && p.x() < to.width && p.y() < to.height;
+    });
     return sampled ? static_cast<float>(visible) / static_cast<float>(sampled) : 0.0f;
+}
+
+float mean_displacement(const DepthSurface &surface, const Intrinsics &camera, const Pose &pose) {
+    double sum = 0;
+    int count = 0;
+    for_sampled_points(surface, camera, [&](const Eigen::Vector2d &p, const Eigen::Vector3d &X) {
+        const Eigen::Vector3d Y = pose * X;
+        if (!(Y.z() > nearest_seen_m))
+            return;
+        sum += std::min((camera.project(Y) - p).norm() / camera.fx, 1.0);
+        ++count;
+    });
+    return count > 0 ? static_cast<float>(sum / count) : 0.0f;
 }
 
 } // namespace afterglow

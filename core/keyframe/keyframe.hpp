@@ -64,4 +64,8 @@ private:
 float visible_share(const DepthSurface &surface, const Intrinsics &from, const Pose &pose,
                     const Intrinsics &to);
 
+/// By how much the points of a surface are seen elsewhere after `pose` has moved them in the
+/// camera's frame, radians, in the mean; no point counts for more than 1.
+float mean_displacement(const DepthSurface &surface, const Intrinsics &camera, const Pose &pose);
+
 } // namespace afterglow

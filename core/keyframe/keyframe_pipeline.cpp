@@ -51,9 +51,9 @@ const Estimate &KeyframePipeline::measure(const Measurement &measurement) {
         arriving_.finish();
     if (guard_ && guard_->check(arriving_, motion_, measurement.lag_s, tracker_.image()))
         keyframes_.clear(); // they were placed by another calibration
-    std::optional<double> registered_error;
+    std::optional<MapComparison> compared;
     if (keyframes_.size() > 0)
-        registered_error = register_map();
+        compared = register_map();
     if (keyframes_.size() == 0)
         forget();
     Keyframe &k = keyframes_.push(depth_now_);
@@ -73,7 +73,7 @@ const Estimate &KeyframePipeline::measure(const Measurement &measurement) {
             : published_.rendered(k.surface, from_world * depth_now_.inverse(),
                                   views_.publishes_tracking() ? while_read() : Twist::Zero());
     return publication_.measured(shown, k, from_world,
-                                 guard_ ? guard_->state() : CalibrationState{}, registered_error);
+                                 guard_ ? guard_->state() : CalibrationState{}, compared);
 }
 
 /// Readies the newest keyframe for being compared with later images, and for being drawn: what is
@@ -110,9 +110,9 @@ const Estimate &KeyframePipeline::draw() {
 }
 
 /// Places the arriving map among the keyframes; where neither images nor geometry tell its place,
-/// the keyframes are forgotten. Returns the mean relative difference of the map and the reference,
-/// if enough of both could be compared.
-std::optional<double> KeyframePipeline::register_map() {
+/// the keyframes are forgotten. Returns how the map and the reference differ, if enough of both
+/// could be compared.
+std::optional<MapComparison> KeyframePipeline::register_map() {
     const Keyframe &reference = keyframes_[tracker_.reference()];
     const DepthFit fit = registration_.add(reference, arriving_, depth_now_, tracker_.alignment(),
                                            motion_.turning());
@@ -124,7 +124,10 @@ std::optional<double> KeyframePipeline::register_map() {
         keyframes_.clear();
     }
     // Maps that do not fit tell all the more of their errors.
-    return fit.relative_error > 0 ? std::optional<double>(fit.relative_error) : std::nullopt;
+    if (!(fit.relative_error > 0))
+        return std::nullopt;
+    return MapComparison{fit.relative_error,
+                         mean_displacement(reference.surface, views_.surface, fit.pose)};
 }
 
 /// The next map begins a new world.

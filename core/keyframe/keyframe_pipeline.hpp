@@ -44,7 +44,7 @@ private:
     DepthCorrection published_correction() const;
     bool warps_arriving() const;
     const Estimate &draw();
-    std::optional<double> register_map();
+    std::optional<MapComparison> register_map();
     void forget();
 
     Views views_;

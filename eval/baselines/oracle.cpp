@@ -38,7 +38,7 @@ public:
                 estimate_.confidence = composer_.confidence();
             }
         }
-        estimate_.expected_mre = static_cast<float>(errors.mre);
+        estimate_.expected_mre = estimate_.independent_mre = static_cast<float>(errors.mre);
         estimate_.fresh_mre = 0;
         estimate_.relative_coverage = static_cast<float>(errors.coverage());
         return estimate_;

@@ -85,13 +85,13 @@ public:
         ++estimate_.age_frames;
         estimate_.depth = wanted_ ? depth_.view() : DepthView{};
         if (wanted_)
-            estimate_.expected_mre = 0.4f * static_cast<float>(estimate_.age_frames);
+            expect(0.4f * static_cast<float>(estimate_.age_frames));
         return estimate_;
     }
     const Estimate &measure(const Measurement & /*measurement*/) override {
         estimate_.source = FrameSource::measured;
         estimate_.age_frames = 0;
-        estimate_.expected_mre = 0;
+        expect(0);
         estimate_.relative_coverage = 100;
         estimate_.depth = depth_;
         return estimate_;
@@ -100,6 +100,8 @@ public:
     void want_depth(bool wanted) override { wanted_ = wanted; }
 
 private:
+    void expect(float mre) { estimate_.expected_mre = estimate_.independent_mre = mre; }
+
     DepthMap depth_;
     Estimate estimate_;
     bool wanted_ = true;

@@ -48,6 +48,7 @@ TEST_CASE("a composed map's confidence follows from each pixel's depth and dista
     drawn.composer.judge({.scales = scales});
 
     const Keyframe &keyframe = drawn.keyframes[0];
+    const Intrinsics &camera = drawn.film.camera;
     Warp warp(drawn.film.camera, drawn.film.camera, drawn.options.warp, drawn.pool);
     DepthMap depth(drawn.film.camera.width, drawn.film.camera.height);
     Image<std::uint8_t> edges(depth.width(), depth.height());
@@ -56,22 +57,30 @@ TEST_CASE("a composed map's confidence follows from each pixel's depth and dista
                                      drawn.alignment.covariance, drawn.options.error);
     CHECK(drawn.composer.depth() == depth);
     CHECK(drawn.composer.covered() == covered);
-    double sum = 0; // over every fourth row
+    const float share = differing_share(mean_displacement(keyframe.surface, camera, now));
+    CHECK(drawn.composer.differing() == share);
+    REQUIRE(share < 0.9f);
+    double sum = 0, independent = 0; // over every fourth row
     int summed = 0;
     int other = 0; // by rounding
     for (int v = 0; v < depth.height(); ++v)
         for (int u = 0; u < depth.width(); ++u) {
-            const auto error_at = [&](float z) {
+            const auto error_at = [&](float z, float seen) {
                 return pixel_error(error, keyframe.surface.noise(),
-                                   drawn.options.error.shared_noise, z, edges(u, v), scales);
+                                   drawn.options.error.shared_noise, z, edges(u, v),
+                                   {.fresh = seen * scales.fresh, .carried = scales.carried});
             };
             CAPTURE(u, v);
             std::uint8_t expected = no_confidence;
             if (edges(u, v) != 0) {
-                expected = estimated_confidence(error_at(middle_of_bin(depth_bin(depth(u, v)))));
-                sum += v % 4 == 0 ? expected_error(expected) : 0;
-                summed += v % 4 == 0;
-                const float own = error_at(0.001f * static_cast<float>(depth(u, v)));
+                const float z = middle_of_bin(depth_bin(depth(u, v)));
+                expected = estimated_confidence(error_at(z, share));
+                if (v % 4 == 0) {
+                    sum += expected_error(expected);
+                    independent += expected_error(estimated_confidence(error_at(z, 1)));
+                    ++summed;
+                }
+                const float own = error_at(0.001f * static_cast<float>(depth(u, v)), share);
                 REQUIRE(std::abs(expected_error(expected) - own) < 0.2f * own + confidence_step);
             }
             REQUIRE(std::abs(drawn.composer.confidence()(u, v) - expected) <= 1);
@@ -80,6 +89,10 @@ TEST_CASE("a composed map's confidence follows from each pixel's depth and dista
         }
     CHECK(other < covered / 1000);
     CHECK(drawn.composer.expected_mre() == Approx(100 * sum / summed).epsilon(1e-3));
+    CHECK(drawn.composer.independent_mre() == Approx(100 * independent / summed).epsilon(1e-3));
+    drawn.composer.overlay(drawn.film.depth[0]);
+    CHECK(drawn.composer.independent_mre() == drawn.composer.expected_mre());
+    CHECK(drawn.composer.differing() == 1.0f);
 }
 
 TEST_CASE("a composed map's confidence is lowered only in cells where measurements found errors",
@@ -137,6 +150,7 @@ TEST_CASE("a map that stays gets the confidences that a new one would get", "[co
         CAPTURE(frames);
         CHECK(kept.composer.confidence() == anew.composer.confidence());
         CHECK(kept.composer.expected_mre() == anew.composer.expected_mre());
+        CHECK(kept.composer.independent_mre() == anew.composer.independent_mre());
     }
 }
 

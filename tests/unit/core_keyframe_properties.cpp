@@ -142,6 +142,7 @@ TEST_CASE("depth and expected error of the keyframe pipeline do not depend on wh
         CAPTURE(k);
         CHECK(copy(some.depth) == copy(all.depth));
         CHECK(some.expected_mre == all.expected_mre);
+        CHECK(some.independent_mre == all.independent_mre);
         CHECK(some.fresh_mre == all.fresh_mre);
         if (k % 4 == 3)
             CHECK(copy(some.confidence) == copy(all.confidence));
