@@ -113,8 +113,13 @@ float differing_share(float displacement) {
     return std::sqrt(of_one_view + (1 - of_one_view) * displacement / (displacement + half));
 }
 
-float pixel_error(const MapError &map, const SensorNoise &noise, float shared_noise, float z,
-                  int edge_distance, const ErrorScales &scales) {
+float PixelError::scaled(const ErrorScales &scales) const {
+    return std::sqrt(scales.fresh * scales.fresh * fresh * fresh +
+                     scales.carried * scales.carried * carried2);
+}
+
+PixelError pixel_error(const MapError &map, const SensorNoise &noise, float shared_noise, float z,
+                       int edge_distance) {
     // Both the carried reading and the fresh one it is compared with are noisy.
     const float sensor = noise.sigma(z) / z * std::sqrt(1.0f + shared_noise * shared_noise);
     const auto d = static_cast<std::size_t>(edge_distance & 7);
@@ -122,9 +127,7 @@ float pixel_error(const MapError &map, const SensorNoise &noise, float shared_no
     const float whole =
         mean_absolute * (std::hypot(sensor, map.pose_relative) + map.slope * map.shift_px) +
         map.edge[d];
-    const float carried2 = std::max(whole * whole - fresh * fresh, 0.0f);
-    return std::sqrt(scales.fresh * scales.fresh * fresh * fresh +
-                     scales.carried * scales.carried * carried2);
+    return {.fresh = fresh, .carried2 = std::max(whole * whole - fresh * fresh, 0.0f)};
 }
 
 } // namespace afterglow

@@ -60,7 +60,14 @@ struct ErrorScales {
 float differing_share(float displacement);
 
 /// Expected relative error of one pixel of a carried map against a fresh reading.
-float pixel_error(const MapError &map, const SensorNoise &noise, float shared_noise, float z,
-                  int edge_distance, const ErrorScales &scales = {});
+struct PixelError {
+    float fresh = 0;    ///< that of a map just measured
+    float carried2 = 0; ///< square of what carrying it adds, in quadrature
+
+    float scaled(const ErrorScales &scales) const;
+};
+/// `z`: metres; `edge_distance`: pixels.
+PixelError pixel_error(const MapError &map, const SensorNoise &noise, float shared_noise, float z,
+                       int edge_distance);
 
 } // namespace afterglow

@@ -21,6 +21,9 @@ constexpr float same_place_px = 0.25f, same_depth = 0.001f;
 /// little from row to row.
 constexpr int summed_row = 4;
 
+/// And independent_mre() from those of one row in so many, which nobody else looks at.
+constexpr int independent_row = 8;
+
 /// Confidences of a cell are made anew when its local error has changed by this factor.
 constexpr float noticed_growth = 1.1f;
 
@@ -272,30 +275,30 @@ void DepthComposer::fill_in() {
     }
 }
 
-DepthComposer::ConfidenceTable DepthComposer::confidences(const ErrorScales &scales,
-                                                          NearViews near) const {
-    ConfidenceTable table{};
+void DepthComposer::make_tables(const ErrorScales &scales) {
     for (int l = 0; l < layer_count_; ++l) {
         const Layer &layer = layers_[static_cast<std::size_t>(l)];
-        const float seen = near == NearViews::err_alike ? layer.differing : 1;
-        const ErrorScales scaled = {.fresh = seen * scales.fresh, .carried = scales.carried};
         for (int d = 1; d <= far_from_edge; ++d)
             for (int bin = 0; bin < depth_bins; ++bin) {
-                const float z = middle_of_bin(bin);
-                table[static_cast<std::size_t>(place_in_table(l * class_layer + d, bin))] =
-                    estimated_confidence(layer.error.misplaced +
-                                         pixel_error(layer.error, layer.noise,
-                                                     options_.error.shared_noise, z, d, scaled));
+                const PixelError error = pixel_error(
+                    layer.error, layer.noise, options_.error.shared_noise, middle_of_bin(bin), d);
+                const auto confidence = [&](float differing) {
+                    return estimated_confidence(
+                        layer.error.misplaced +
+                        error.scaled({differing * scales.fresh, scales.carried}));
+                };
+                const auto place =
+                    static_cast<std::size_t>(place_in_table(l * class_layer + d, bin));
+                table_[place] = confidence(layer.differing);
+                independent_table_[place] = confidence(1);
             }
     }
-    return table;
 }
 
 void DepthComposer::judge(const Doubts &doubts, bool all_rows) {
     if (!find_doubts(doubts, all_rows))
         return;
-    table_ = confidences(doubts.scales, NearViews::err_alike);
-    independent_table_ = confidences(doubts.scales, NearViews::independent);
+    make_tables(doubts.scales);
     pool_.run(cells_.height(), [&](int y) {
         for (int x = 0; x < cells_.width(); ++x)
             if (cells_(x, y).judge) {
@@ -354,7 +357,7 @@ void DepthComposer::judge_independent(int x, int y) {
                                              MotionMask::cell_px, MotionMask::cell_px);
     const auto depth = cell_of(depth_.view(), x, y);
     cells_(x, y).independent =
-        look_up_cell(x, y, independent_table_, summed_row,
+        look_up_cell(x, y, independent_table_, independent_row,
                      part_of(confidence, 0, 0, depth.width(), depth.height()));
 }
 
@@ -368,8 +371,8 @@ ConfidenceSum DepthComposer::look_up_cell(int x, int y, const ConfidenceTable &t
     const std::uint16_t middle = depth(depth.width() / 2, depth.height() / 2);
     return look_up_confidences(
         {every_row(depth, every), every_row(cell_of(classes_.view(), x, y), every)},
-        {table.data(), static_cast<std::uint8_t>(less)}, depth_bin(middle), summed_row / every,
-        every_row(confidence, every));
+        {table.data(), static_cast<std::uint8_t>(less)}, depth_bin(middle),
+        std::max(summed_row / every, 1), every_row(confidence, every));
 }
 
 ImageView<const ComparedErrors> DepthComposer::compare(DepthView measured) {

@@ -74,7 +74,8 @@ public:
     /// Mean of what the confidences promise, percent, over the pixels that have depth in every
     /// fourth row, or after overlay() in all; 100 without.
     float expected_mre() const;
-    /// The same, if the TOF camera did not err alike in near views (differing_share()).
+    /// What that would be, if the TOF camera did not err alike in near views (differing_share());
+    /// over fewer rows.
     float independent_mre() const;
     /// differing_share() of the reference as the composed map shows it; 1 without.
     float differing() const { return layer_count_ > 0 ? layers_[0].differing : 1; }
@@ -117,8 +118,7 @@ private:
     void fill_in();
     void displace_run(int left, int right, int top, int bottom, const ResidualFlow::Shift &shift);
     void restore();
-    enum class NearViews : std::uint8_t { err_alike, independent };
-    ConfidenceTable confidences(const ErrorScales &scales, NearViews near) const;
+    void make_tables(const ErrorScales &scales);
     bool find_doubts(const Doubts &doubts, bool all_rows);
     void judge_cell(int x, int y, bool all_rows);
     void judge_independent(int x, int y);

@@ -38,7 +38,8 @@ FreshErrors fresh_errors(const DepthSurface &surface, const MapError &error,
             const int distance = surface.edge_distance()(u, v);
             if (z == 0.0f || distance < options.warp.least_edge_distance_px)
                 continue;
-            modelled += pixel_error(error, noise, options.error.shared_noise, z, distance);
+            modelled +=
+                pixel_error(error, noise, options.error.shared_noise, z, distance).scaled({});
             white += mean_absolute * surface.white_noise() * noise.sigma(z) / z;
             ++count;
         }

@@ -93,11 +93,12 @@ TEST_CASE("the expected error of a pixel falls with edge distance and grows with
     surface.build(map, pool);
     const auto known = Eigen::Matrix<float, 6, 6>::Zero();
     const MapError error = map_error(surface, camera, Pose::identity(), known, ErrorOptions{});
-    const SensorNoise noise;
+    const auto error_at = [&](float z, int distance) {
+        return pixel_error(error, SensorNoise{}, 0.7f, z, distance).scaled({});
+    };
     for (int distance = 1; distance < far_from_edge; ++distance)
-        CHECK(pixel_error(error, noise, 0.7f, 1.0f, distance) >
-              pixel_error(error, noise, 0.7f, 1.0f, distance + 1));
-    CHECK(pixel_error(error, noise, 0.7f, 4.0f, 7) > pixel_error(error, noise, 0.7f, 1.0f, 7));
+        CHECK(error_at(1.0f, distance) > error_at(1.0f, distance + 1));
+    CHECK(error_at(4.0f, 7) > error_at(1.0f, 7));
 }
 
 TEST_CASE("what measurements teach scales the error of a fresh map and what carrying it adds",
@@ -107,7 +108,7 @@ TEST_CASE("what measurements teach scales the error of a fresh map and what carr
     const auto error_of = [&](const Eigen::Matrix<float, 6, 6> &covariance, const Pose &pose,
                               const ErrorScales &scales) {
         const MapError map = map_error(surface, camera, pose, covariance, ErrorOptions{});
-        return pixel_error(map, noise, 0.7f, 2.0f, far_from_edge, scales);
+        return pixel_error(map, noise, 0.7f, 2.0f, far_from_edge).scaled(scales);
     };
     const Eigen::Matrix<float, 6, 6> known = Eigen::Matrix<float, 6, 6>::Zero();
     const Eigen::Matrix<float, 6, 6> vague = 1e-4f * Eigen::Matrix<float, 6, 6>::Identity();
