@@ -197,13 +197,18 @@ private:
 
 #endif
 
-ConfidenceSum sum_of(const std::uint8_t *confidence, int count) {
+/// Over one row in `every`, from the first on.
+ConfidenceSum sum_of(ImageView<const std::uint8_t> confidence, int every) {
+    const int runs_end = confidence.width() / run * run;
     RunSum sum_run;
-    int u = 0;
-    for (; u + run <= count; u += run)
-        sum_run(confidence + u);
-    ConfidenceSum found = sum_run.get();
-    found += sum_singly(confidence + u, count - u);
+    ConfidenceSum found;
+    for (int v = 0; v < confidence.height(); v += every) {
+        const std::uint8_t *const row = confidence.row(v);
+        for (int u = 0; u < runs_end; u += run)
+            sum_run(row + u);
+        found += sum_singly(row + runs_end, confidence.width() - runs_end);
+    }
+    found += sum_run.get();
     return found;
 }
 
@@ -227,10 +232,7 @@ ConfidenceSum look_up(const JudgedPixels &pixels, const Confidences &of, int fir
     for (int v = 0; v < confidence.height(); ++v)
         look_up_singly(pixels.depth.row(v) + u, pixels.classes.row(v) + u, confidence.width() - u,
                        of, confidence.row(v) + u);
-    ConfidenceSum found;
-    for (int v = 0; v < confidence.height(); v += summed_row)
-        found += sum_of(confidence.row(v), confidence.width());
-    return found;
+    return sum_of(confidence, summed_row);
 }
 
 void compare_singly(const ComparedPixels &in, int v, int first, float misplaced,

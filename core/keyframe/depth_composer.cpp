@@ -19,10 +19,7 @@ constexpr float same_place_px = 0.25f, same_depth = 0.001f;
 
 /// A map's expected error is worked out from the confidences of one row in so many: they change
 /// little from row to row.
-constexpr int summed_row = 4;
-
-/// And independent_mre() from those of one row in so many, which nobody else looks at.
-constexpr int independent_row = 8;
+constexpr int summed_row = 8;
 
 /// Confidences of a cell are made anew when its local error has changed by this factor.
 constexpr float noticed_growth = 1.1f;
@@ -357,7 +354,7 @@ void DepthComposer::judge_independent(int x, int y) {
                                              MotionMask::cell_px, MotionMask::cell_px);
     const auto depth = cell_of(depth_.view(), x, y);
     cells_(x, y).independent =
-        look_up_cell(x, y, independent_table_, independent_row,
+        look_up_cell(x, y, independent_table_, summed_row,
                      part_of(confidence, 0, 0, depth.width(), depth.height()));
 }
 
@@ -371,8 +368,8 @@ ConfidenceSum DepthComposer::look_up_cell(int x, int y, const ConfidenceTable &t
     const std::uint16_t middle = depth(depth.width() / 2, depth.height() / 2);
     return look_up_confidences(
         {every_row(depth, every), every_row(cell_of(classes_.view(), x, y), every)},
-        {table.data(), static_cast<std::uint8_t>(less)}, depth_bin(middle),
-        std::max(summed_row / every, 1), every_row(confidence, every));
+        {table.data(), static_cast<std::uint8_t>(less)}, depth_bin(middle), summed_row / every,
+        every_row(confidence, every));
 }
 
 ImageView<const ComparedErrors> DepthComposer::compare(DepthView measured) {

@@ -72,10 +72,9 @@ public:
     /// Pixels that have none because the keyframe does not show what is there.
     int left_empty() const { return left_empty_; }
     /// Mean of what the confidences promise, percent, over the pixels that have depth in every
-    /// fourth row, or after overlay() in all; 100 without.
+    /// eighth row, or after overlay() in all; 100 without.
     float expected_mre() const;
-    /// What that would be, if the TOF camera did not err alike in near views (differing_share());
-    /// over fewer rows.
+    /// What that would be, if the TOF camera did not err alike in near views (differing_share()).
     float independent_mre() const;
     /// differing_share() of the reference as the composed map shows it; 1 without.
     float differing() const { return layer_count_ > 0 ? layers_[0].differing : 1; }

@@ -73,7 +73,7 @@ void check_sane(const Estimate &e) {
     CHECK(std::isfinite(e.expected_mre));
     CHECK(e.expected_mre >= 0);
     CHECK(std::isfinite(e.independent_mre));
-    CHECK(e.independent_mre >= 0);
+    CHECK(e.independent_mre >= e.expected_mre);
     CHECK(std::isfinite(e.fresh_mre));
     CHECK(e.fresh_mre >= 0);
     CHECK(is_share(e.coverage));
