@@ -297,3 +297,20 @@ TEST_CASE("the keyframe pipeline allocates nothing per frame", "[core]") {
         CHECK(allocation_count() == before);
     }
 }
+
+TEST_CASE("the expected error nears that of independent readings as the view moves", "[core]") {
+    Viewer viewer(room());
+    viewer.track(0);
+    CHECK(viewer.measure(0).independent_mre == viewer.measure(0).expected_mre);
+    const auto share = [&](int k) {
+        const Estimate &estimate = viewer.track(k);
+        return estimate.expected_mre / estimate.independent_mre;
+    };
+    const float at_rest = share(0);
+    CHECK(at_rest < 0.8f);
+    for (int k = 2; k < frames; k += 2) {
+        const float moved = share(k);
+        CHECK(moved > at_rest + 0.1f);
+        CHECK(moved < 1);
+    }
+}
