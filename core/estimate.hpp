@@ -48,7 +48,8 @@ struct Estimate {
     std::uint32_t world = 0;
     /// Both poses are of this image, not of an earlier one.
     bool tracked = false;
-    /// Predicted mean relative error, percent. Negative: this preset does not predict it.
+    /// Predicted mean relative error against a reading of the TOF camera, percent. Negative: this
+    /// preset does not predict it.
     float expected_mre = -1;
     /// The same, if the TOF camera did not err alike in near views: only what carrying the map adds
     /// makes it grow. Holds where expected_mre does, and so does what follows.

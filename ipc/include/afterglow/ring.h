@@ -36,8 +36,9 @@ extern "C" {
 enum afterglow_plane_kind {
     AFTERGLOW_PLANE_DEPTH = 1, /* along Z, in `unit` metres; 0 = no depth */
     /* 0: no depth. 255: measured in this frame. 1 to 254: estimated; the expected relative error of
-     * the depth is (255 - c) * unit, and 1 also stands for larger and unknown errors. While no
-     * stream asks for confidences, those of estimated frames are 0 and 1 alone. */
+     * the depth against a reading of the TOF camera is (255 - c) * unit, and 1 also stands for
+     * larger and unknown errors. While no stream asks for confidences, those of estimated frames
+     * are 0 and 1 alone. */
     AFTERGLOW_PLANE_CONFIDENCE = 2,
     /* The colour camera's picture, as it came. It shows what the depth shows, pixel by pixel, where
      * the colour camera is the published one; else it may have another size. */
