@@ -51,8 +51,9 @@ struct Estimate {
     /// Predicted mean relative error against a reading of the TOF camera, percent. Negative: this
     /// preset does not predict it.
     float expected_mre = -1;
-    /// The same, if the TOF camera did not err alike in near views: only what carrying the map adds
-    /// makes it grow. Holds where expected_mre does, and so does what follows.
+    /// The same, if the errors of near views were not correlated (uncorrelated_share()): only what
+    /// carrying the map adds makes it grow. Holds where expected_mre does, and so does what
+    /// follows.
     float independent_mre = -1;
     /// independent_mre of a fresh measurement, as far as the last one tells.
     float fresh_mre = 0;

@@ -156,7 +156,7 @@ bool Gate::too_old(const Estimate &estimate) const {
 }
 
 /// By how much the squared error is more than that of a map just measured; percent^2. A measurement
-/// does not save what near views of the TOF camera have alike.
+/// does not remove errors of the TOF camera that are correlated between near views.
 double Gate::excess_of(double independent_mre) const {
     const double first = first_independent_;
     return std::max(independent_mre * independent_mre - first * first, 0.0);
@@ -205,9 +205,8 @@ GateReason Gate::judge_map(const Estimate &estimate, const FrameSchedule &frames
 }
 
 /// Measured every n images at a price p, an image costs (sum_i e_i^2 + p) / n in the mean. That is
-/// least where the next image would cost more than this mean. e_i: expected errors, percent, of
-/// which a map just measured has none that could be saved. `growth`: of the error until a
-/// measurement could arrive.
+/// least where the next image would cost more than this mean. e_i^2: excess_of() image i.
+/// `growth`: of the error until a measurement could arrive, percent.
 bool Gate::pays_off(double growth) const {
     const double price = policy_.measurement_price * policy_.target_mre * policy_.target_mre;
     const double now = excess_of(last_independent_);

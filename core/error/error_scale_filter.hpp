@@ -9,10 +9,10 @@ namespace afterglow {
 /// Learns from measurements by which factors the two parts of a modelled error are wrong: f, that
 /// of a map just measured, and g, that of what carrying the map adds in quadrature.
 ///
-/// With e_0 and c the two parts as modelled, e_0 by what differs at the displacement of the two
-/// maps (differing_share()), each measurement brings up to two readings: R, the mean relative
-/// difference of the measured map and an earlier one, and t, the true error of the map that was
-/// estimated for the same image:
+/// With e_0 and c the two parts as modelled, e_0 times the uncorrelated_share() of the two maps
+/// that are compared, each measurement brings up to two readings: R, the mean relative difference
+/// of the measured map and an earlier one, and t, the true error of the map that was estimated for
+/// the same image:
 ///
 ///     ln R = ln(f e_0) + noise
 ///     ln t = ln hypot(f e_0, g c) + noise

@@ -106,9 +106,9 @@ MapError map_error(const DepthSurface &surface, const Views &views, const Pose &
     return e;
 }
 
-float differing_share(float displacement) {
-    // The share of the variance that differs from reading to reading of one view, and the
-    // displacement at which half of the rest does.
+float uncorrelated_share(float displacement) {
+    // The uncorrelated share of the variance between maps of one view, and the displacement,
+    // radians, at which half of the rest is uncorrelated, too.
     constexpr float of_one_view = 0.4f, half = 0.02f;
     return std::sqrt(of_one_view + (1 - of_one_view) * displacement / (displacement + half));
 }

@@ -55,9 +55,10 @@ struct ErrorScales {
     bool operator==(const ErrorScales &) const = default;
 };
 
-/// A TOF camera errs alike in near views. By this share of a fresh map's error a reading differs
-/// from it that was taken from where the scene is seen `displacement` away, radians.
-float differing_share(float displacement);
+/// The errors of a TOF camera are correlated between near views. This is the part of a fresh map's
+/// error that shows when the map is compared with another one, as a share of it, one sigma.
+/// `displacement`: of the scene's image between the two, radians.
+float uncorrelated_share(float displacement);
 
 /// Expected relative error of one pixel of a carried map against a fresh reading.
 struct PixelError {

@@ -97,7 +97,8 @@ void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const P
                                 k.calibration_shift);
         // From where the TOF camera was to where it would measure now.
         const Pose moved = views_.published_from_surface().inverse() * pose;
-        layer.differing = differing_share(mean_displacement(k.surface, views_.surface, moved));
+        layer.uncorrelated =
+            uncorrelated_share(mean_displacement(k.surface, views_.surface, moved));
         misplaced_ = std::max(misplaced_, layer.error.misplaced);
     }
 }
@@ -279,14 +280,14 @@ void DepthComposer::make_tables(const ErrorScales &scales) {
             for (int bin = 0; bin < depth_bins; ++bin) {
                 const PixelError error = pixel_error(
                     layer.error, layer.noise, options_.error.shared_noise, middle_of_bin(bin), d);
-                const auto confidence = [&](float differing) {
+                const auto confidence = [&](float uncorrelated) {
                     return estimated_confidence(
                         layer.error.misplaced +
-                        error.scaled({differing * scales.fresh, scales.carried}));
+                        error.scaled({uncorrelated * scales.fresh, scales.carried}));
                 };
                 const auto place =
                     static_cast<std::size_t>(place_in_table(l * class_layer + d, bin));
-                table_[place] = confidence(layer.differing);
+                table_[place] = confidence(layer.uncorrelated);
                 independent_table_[place] = confidence(1);
             }
     }
@@ -347,7 +348,7 @@ void DepthComposer::judge_cell(int x, int y, bool all_rows) {
     cell.unfinished = !all_rows;
 }
 
-/// The sum of what the cell's confidences were, if the TOF camera did not err alike in near views.
+/// Sums up the confidences that the cell's pixels would have with an uncorrelated_share() of 1.
 void DepthComposer::judge_independent(int x, int y) {
     std::array<std::uint8_t, MotionMask::cell_px * MotionMask::cell_px> unused;
     const ImageView<std::uint8_t> confidence(unused.data(), MotionMask::cell_px,

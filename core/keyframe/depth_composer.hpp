@@ -74,10 +74,10 @@ public:
     /// Mean of what the confidences promise, percent, over the pixels that have depth in every
     /// eighth row, or after overlay() in all; 100 without.
     float expected_mre() const;
-    /// What that would be, if the TOF camera did not err alike in near views (differing_share()).
+    /// The same with an uncorrelated_share() of 1.
     float independent_mre() const;
-    /// differing_share() of the reference as the composed map shows it; 1 without.
-    float differing() const { return layer_count_ > 0 ? layers_[0].differing : 1; }
+    /// uncorrelated_share() of the reference and a map measured now; 1 without a composed map.
+    float uncorrelated() const { return layer_count_ > 0 ? layers_[0].uncorrelated : 1; }
     /// The last compose() has drawn a new map.
     bool drawn_anew() const { return drawn_anew_; }
 
@@ -96,14 +96,14 @@ private:
     struct Layer {
         MapError error;
         SensorNoise noise;
-        float differing = 1; ///< differing_share()
+        float uncorrelated = 1; ///< uncorrelated_share() of it and a map measured now
     };
 
     /// What lowers the confidences of a cell's pixels, and what came of it.
     struct Cell {
         float local = 0;           ///< relative error that is added
         ConfidenceSum judged;      ///< over one row in `summed_row`
-        ConfidenceSum independent; ///< the same, as of independent_mre()
+        ConfidenceSum independent; ///< the same, for independent_mre()
         bool judge = false;        ///< whether this has to be worked out
         bool unfinished = false;   ///< other rows have not been judged
         bool displaced = false;    ///< some of its pixels are

@@ -11,8 +11,8 @@ namespace {
 constexpr float enough_coverage = 0.98f;
 constexpr float least_fill = 0.05f;
 
-/// Two measured maps at the pose that depth itself tells differ by more than a map just measured
-/// and one seen as far away would, since time has passed: docs/estimation.md, section 7.
+/// Measured maps that are registered to each other were taken many images apart. They differ by
+/// more than their displacement explains, and count by this factor: docs/estimation.md, section 7.
 constexpr double registered_share = 0.87;
 
 /// What is left of an error without a part of it that is added in quadrature.
@@ -126,7 +126,7 @@ const Estimate &DepthPublication::measured(DepthView depth, const Keyframe &fres
         // Surfaces are smoothed; the readings that estimates are compared with are not.
         error_scales_.learn_fresh(
             std::hypot(registered_share * compared->relative_difference, white_noise_),
-            differing_share(compared->displacement) * fresh_error_);
+            uncorrelated_share(compared->displacement) * fresh_error_);
     composer_.judge_rest();
     if (estimate_.source == FrameSource::estimated)
         learn_errors(depth, before);
@@ -174,7 +174,7 @@ void DepthPublication::learn_errors(DepthView depth, const ErrorScales &before) 
     if (quiet.pixels >= least_pixels) {
         const double truth = quiet.true_error(), expected = quiet.expected_error();
         ratio = truth / expected;
-        const float fresh = composer_.differing() * fresh_error_;
+        const float fresh = composer_.uncorrelated() * fresh_error_;
         error_scales_.learn_carried(truth, fresh,
                                     left_of(expected, before.fresh * fresh) / before.carried);
     }

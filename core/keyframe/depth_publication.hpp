@@ -14,10 +14,10 @@
 
 namespace afterglow {
 
-/// Of two measured maps, at the pose that depth itself tells best.
+/// Of two measured maps at the pose to which depth registers them.
 struct MapComparison {
-    double relative_difference = 0; ///< mean
-    float displacement = 0;         ///< mean_displacement() from one to the other
+    double relative_difference = 0; ///< mean of |difference| / depth
+    float displacement = 0;         ///< mean_displacement() from one to the other, radians
 };
 
 /// What is published for each image: the composed depth map, its confidences and what follows from
@@ -40,7 +40,7 @@ public:
                               const DepthCorrection &correction);
     /// `depth`, as the published camera sees it from `from_world`, was measured for the last image;
     /// what it lacks stays as estimated. `fresh`: the keyframe made of it; `calibration`: what it
-    /// and those before tell of the cameras. `compared`: with an earlier map.
+    /// and those before tell of the cameras. `compared`: it and an earlier map.
     const Estimate &measured(DepthView depth, const Keyframe &fresh, const Pose &from_world,
                              const CalibrationState &calibration,
                              const std::optional<MapComparison> &compared);

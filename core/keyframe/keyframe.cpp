@@ -6,7 +6,7 @@
 namespace afterglow {
 namespace {
 
-/// Points nearer than this to a camera are not seen by it, metres.
+/// A camera does not see points nearer than this, metres.
 constexpr double nearest_seen_m = 0.05;
 
 /// Calls `of` with the pixel and the point of some of a surface's points.

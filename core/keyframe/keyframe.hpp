@@ -64,8 +64,8 @@ private:
 float visible_share(const DepthSurface &surface, const Intrinsics &from, const Pose &pose,
                     const Intrinsics &to);
 
-/// By how much the points of a surface are seen elsewhere after `pose` has moved them in the
-/// camera's frame, radians, in the mean; no point counts for more than 1.
+/// Mean angle, radians, between where the camera sees the points of its surface and where it sees
+/// them after `pose` has moved them; 1 at most for each point, 0 without points before the camera.
 float mean_displacement(const DepthSurface &surface, const Intrinsics &camera, const Pose &pose);
 
 } // namespace afterglow

@@ -49,16 +49,16 @@ TEST_CASE("a composed map's confidence follows from each pixel's depth and dista
 
     const Keyframe &keyframe = drawn.keyframes[0];
     const Intrinsics &camera = drawn.film.camera;
-    Warp warp(drawn.film.camera, drawn.film.camera, drawn.options.warp, drawn.pool);
-    DepthMap depth(drawn.film.camera.width, drawn.film.camera.height);
+    Warp warp(camera, camera, drawn.options.warp, drawn.pool);
+    DepthMap depth(camera.width, camera.height);
     Image<std::uint8_t> edges(depth.width(), depth.height());
     const int covered = warp.run(keyframe.surface, now, depth, edges);
-    const MapError error = map_error(keyframe.surface, Views(drawn.film.camera), now,
+    const MapError error = map_error(keyframe.surface, Views(camera), now,
                                      drawn.alignment.covariance, drawn.options.error);
     CHECK(drawn.composer.depth() == depth);
     CHECK(drawn.composer.covered() == covered);
-    const float share = differing_share(mean_displacement(keyframe.surface, camera, now));
-    CHECK(drawn.composer.differing() == share);
+    const float share = uncorrelated_share(mean_displacement(keyframe.surface, camera, now));
+    CHECK(drawn.composer.uncorrelated() == share);
     REQUIRE(share < 0.9f);
     double sum = 0, independent = 0; // over every eighth row
     int summed = 0;
@@ -92,7 +92,7 @@ TEST_CASE("a composed map's confidence follows from each pixel's depth and dista
     CHECK(drawn.composer.independent_mre() == Approx(100 * independent / summed).epsilon(1e-3));
     drawn.composer.overlay(drawn.film.depth[0]);
     CHECK(drawn.composer.independent_mre() == drawn.composer.expected_mre());
-    CHECK(drawn.composer.differing() == 1.0f);
+    CHECK(drawn.composer.uncorrelated() == 1.0f);
 }
 
 TEST_CASE("a composed map's confidence is lowered only in cells where measurements found errors",

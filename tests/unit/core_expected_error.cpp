@@ -130,13 +130,14 @@ TEST_CASE("the expected error is finite when no pixel of the map is in view", "[
     CHECK(error.pose_relative == 0.0f);
 }
 
-TEST_CASE("two readings differ the more, the farther apart they were taken", "[core]") {
-    CHECK(differing_share(0) > 0.5f); // each reading has noise of its own
-    float before = differing_share(0);
+TEST_CASE("the uncorrelated share of a map's error grows with the displacement between two maps",
+          "[core]") {
+    CHECK(uncorrelated_share(0) > 0.5f); // each map has noise of its own
+    float before = uncorrelated_share(0);
     for (const float displacement : {0.001f, 0.01f, 0.1f, 1.0f}) {
-        CHECK(differing_share(displacement) > before);
-        before = differing_share(displacement);
+        CHECK(uncorrelated_share(displacement) > before);
+        before = uncorrelated_share(displacement);
     }
     CHECK(before < 1);
-    CHECK(differing_share(100) == Approx(1).epsilon(1e-3));
+    CHECK(uncorrelated_share(100) == Approx(1).epsilon(1e-3));
 }

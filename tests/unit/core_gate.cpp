@@ -91,15 +91,15 @@ TEST_CASE("the gate lights when a measurement saves more squared error than it c
     CHECK(first_lit(constant, 200, [](int) { return expecting(2.9f); }) == 0);
 }
 
-TEST_CASE("what the TOF camera errs alike in near views is not to be saved", "[core]") {
-    // The expected error grows by what comes to differ from the last measurement alone.
-    const auto differing = [](int k) {
+TEST_CASE("the gate does not light to save an error that near views have in common", "[core]") {
+    // The expected error grows, but only because the errors become less correlated.
+    const auto less_correlated = [](int k) {
         Estimate estimate = expecting(1 + 0.1 * k);
         estimate.independent_mre = 2.5;
         return estimate;
     };
     Gate gate = measured_gate({.target_mre = 3, .longest_interval_frames = 1000});
-    CHECK(first_lit(gate, 200, differing) == 21); // the target is missed all the same
+    CHECK(first_lit(gate, 200, less_correlated) == 21); // the target is missed all the same
     CHECK(gate.reason() == GateReason::error);
     // What carrying adds can be saved, whatever the expected error does.
     const auto carried = [](int k) {

@@ -298,7 +298,7 @@ TEST_CASE("the keyframe pipeline allocates nothing per frame", "[core]") {
     }
 }
 
-TEST_CASE("the expected error nears that of independent readings as the view moves", "[core]") {
+TEST_CASE("the expected error approaches that of uncorrelated maps as the camera moves", "[core]") {
     Viewer viewer(room());
     viewer.track(0);
     CHECK(viewer.measure(0).independent_mre == viewer.measure(0).expected_mre);
