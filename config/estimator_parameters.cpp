@@ -64,8 +64,12 @@ void add_keyframe(ParameterTable &table, KeyframeOptions &k, std::string &sensor
               "learn it, for synchronised cameras.");
     table.add("self_calibration.pair_error", &k.self_calibration.pair_error,
               {0.1, 100, "of these sigmas"},
-              "Systematic error of what one pair of depth maps tells; raise it to learn more "
-              "slowly from more pairs.");
+              "Systematic error of what one pair of depth maps tells of tilt and curvature; raise "
+              "it to learn more slowly from more pairs.");
+    table.add("self_calibration.lag_pair_error", &k.self_calibration.lag_pair_error,
+              {0.1, 100, "of lag_s"},
+              "Systematic error of what one pair of depth maps tells of the lag; raise it to learn "
+              "more slowly from more pairs.");
     table.section(
         "sensor",
         "Preset default: noise and range of the TOF camera. `afterglowctl characterise` measures "

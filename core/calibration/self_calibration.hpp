@@ -12,8 +12,10 @@ struct SelfCalibrationOptions {
     float tilt = 0.03f;      ///< radians, between the TOF camera's and the colour camera's axes
     float curvature = 0.03f; ///< share of the depth at 45 degrees off the axis
     float lag_s = 0.01f;     ///< seconds between the exposures of an image and its depth map
-    /// Systematic error of what one pair of maps tells, in those sigmas.
+    /// Systematic error of what one pair of maps tells of tilt and curvature, in those sigmas.
     float pair_error = 2.0f;
+    /// The same of the lag. Pairs share less of it: they were taken at other motions.
+    float lag_pair_error = 1.0f;
 };
 
 /// What one pair of maps tells of the unknowns (shape, lag): normal equations H p = g.
@@ -34,7 +36,7 @@ public:
 
 private:
     Eigen::Vector4d sigma_; ///< of the prior
-    double pair_variance_;
+    Eigen::Vector4d pair_variance_;
     CalibrationEvidence sum_; ///< in units of the prior's sigmas
     DepthCorrection correction_;
 };

@@ -108,10 +108,12 @@ TEST_CASE("self-calibration does not degrade an ideal camera", "[core]") {
 
 TEST_CASE("self-calibration converges only over many pairs of maps", "[core]") {
     const Eigen::Vector4d truth{0.02, -0.01, 0.03, 0.005};
-    SelfCalibration learner({.tilt = 0.03f, .curvature = 0.03f, .lag_s = 0.01f, .pair_error = 2});
+    SelfCalibration learner(
+        {.tilt = 0.03f, .curvature = 0.03f, .lag_s = 0.01f, .pair_error = 2, .lag_pair_error = 1});
     CHECK(learner.correction().lag_s == 0);
     learner.add(pair_of(truth));
-    CHECK(learner.correction().lag_s == Approx(truth[3] / 5)); // 1 / (1 + 2^2)
+    CHECK(learner.correction().shape.x() == Approx(truth[0] / 5)); // 1 / (1 + 2^2)
+    CHECK(learner.correction().lag_s == Approx(truth[3] / 2));     // 1 / (1 + 1^2)
     for (int i = 0; i < 400; ++i)
         learner.add(pair_of(truth));
     CHECK(learner.correction().lag_s == Approx(truth[3]).epsilon(0.02));
