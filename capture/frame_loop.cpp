@@ -38,7 +38,8 @@ FrameLoop::FrameLoop(Rig &rig, PipelineFactory make, const GatePolicy &gate,
                      const std::optional<RigGeometry> &geometry)
     : rig_(rig), make_(std::move(make)),
       geometry_(geometry ? *geometry : RigGeometry(rig.color->intrinsics())),
-      pipeline_(make_(geometry_)), gate_(gate), pairing_(rig.pairing, geometry_.rig.tof.pinhole) {
+      pipeline_(make_(geometry_)), gate_(gate), pairing_(rig.pairing, geometry_.rig.tof.pinhole),
+      pair_lag_(geometry_.registered) {
     const Intrinsics &camera = geometry_.rig.color.pinhole;
     color_.luma = Luma(camera.width, camera.height);
 }
@@ -47,6 +48,7 @@ void FrameLoop::set_geometry(const RigGeometry &geometry) {
     assert(geometry_.same_sizes(geometry));
     geometry_ = geometry;
     pipeline_ = make_(geometry_);
+    pair_lag_ = PairLag(geometry_.registered);
     earlier_worlds_ = last_world_;
     due_ns_.reset();
     gate_.restart();
@@ -113,6 +115,8 @@ FrameResult FrameLoop::step(std::chrono::nanoseconds timeout) {
     result.sequence = color_.sequence;
     pipeline_->want_depth(drawn);
     pipeline_->want_confidence(confidence_wanted_);
+    if (const auto exposed_ns = rig_.tof->exposure_ns())
+        pipeline_->expect_lag(pair_lag_.of(color_.t_ns, *exposed_ns + rig_.pairing.delay.count()));
     result.estimate = timed(result.estimation_time, [&]() -> const Estimate & {
         return pipeline_->track(color_.luma, color_.t_ns);
     });
@@ -182,13 +186,13 @@ void FrameLoop::measure(FrameResult &result) {
     if (asked_ns_)
         result.wake_latency = std::chrono::nanoseconds(color_.t_ns - *asked_ns_);
     asked_ns_.reset();
+    pair_lag_.add_pair(color_.t_ns, pairing_.t_ns());
     result.estimate = timed(result.estimation_time, [&]() -> const Estimate & {
         Measurement measurement = pairing_.depth();
         measurement.amplitude = pairing_.amplitude();
-        // Registered depth is shown for the image's time, and stamps of such cameras differ by
-        // what nobody has calibrated.
+        measurement.lag_s = pair_lag_.of(color_.t_ns, pairing_.t_ns());
         if (!geometry_.registered)
-            measurement.lag_s = 1e-9 * static_cast<double>(pairing_.t_ns() - color_.t_ns);
+            pipeline_->expect_lag(measurement.lag_s);
         return pipeline_->measure(measurement);
     });
     gate_.measured();

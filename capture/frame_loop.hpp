@@ -2,6 +2,7 @@
 #pragma once
 
 #include "capture/depth_pairing.hpp"
+#include "capture/pair_lag.hpp"
 #include "core/gate.hpp"
 #include "core/pipeline.hpp"
 #include "drivers/source.hpp"
@@ -93,6 +94,7 @@ private:
     std::uint32_t last_world_ = 0;     ///< as published
     Gate gate_;
     DepthPairing pairing_;
+    PairLag pair_lag_;
     ColorFrame color_;
     std::optional<std::int64_t> last_t_ns_;
     std::chrono::nanoseconds depth_interval_{0};

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -42,6 +43,7 @@ struct FakeCameras {
     std::uint16_t depth_mm = 1500;
     std::string problem = "the fake camera was told to fail";
     std::string tof_warning{};
+    std::optional<std::int64_t> exposes_ns{}; ///< what the TOF camera says of the image last given
 
     /// The image that is due: a still picture with enough texture to be tracked.
     void give_image(ColorFrame &frame) {
@@ -94,6 +96,7 @@ private:
         Capture read(DepthFrame &frame, std::chrono::nanoseconds /*timeout*/) override {
             return fake.tof_running ? fake.read_tof(frame) : Capture::none;
         }
+        std::optional<std::int64_t> exposure_ns() const override { return fake.exposes_ns; }
         const std::string &problem() const override { return fake.problem; }
         std::string take_warning() override { return std::exchange(fake.tof_warning, {}); }
         FakeCameras &fake;

@@ -27,6 +27,7 @@ const Estimate &KeyframePipeline::track(LumaView luma, std::int64_t t_ns) {
     const double dt = 1e-9 * static_cast<double>(t_ns - t_ns_);
     t_ns_ = t_ns;
     prepare();
+    stated_lag_s_ = expected_lag_s_;
     tracker_.load(luma);
     if (keyframes_.size() == 0)
         return publication_.nothing(t_ns);

@@ -28,6 +28,7 @@ public:
 
     const Estimate &track(LumaView luma, std::int64_t t_ns) override;
     const Estimate &measure(const Measurement &measurement) override;
+    void expect_lag(double lag_s) override { expected_lag_s_ = lag_s; }
     void prepare() override;
     void restart() override { keyframes_.clear(); }
     void want_confidence(bool wanted) override { publication_.want_confidence(wanted); }
@@ -50,8 +51,9 @@ private:
     Views views_;
     WorkerPool &pool_;
     KeyframeSet keyframes_;
-    CameraMotion motion_;     ///< of the tracking camera, when the last image was exposed
-    double stated_lag_s_ = 0; ///< of the last measurement
+    CameraMotion motion_;       ///< of the tracking camera, when the last image was exposed
+    double stated_lag_s_ = 0;   ///< of the last image's depth map
+    double expected_lag_s_ = 0; ///< of the next one's
     Pose depth_now_; ///< world to surface camera when its depth map was, or would have been
     KeyframeTracker tracker_;
     DepthSurface arriving_;

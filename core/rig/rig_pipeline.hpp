@@ -19,6 +19,7 @@ public:
 
     const Estimate &track(LumaView luma, std::int64_t t_ns) override;
     const Estimate &measure(const Measurement &measurement) override;
+    void expect_lag(double lag_s) override { pipeline_.expect_lag(lag_s); }
     void prepare() override { pipeline_.prepare(); }
     void restart() override { pipeline_.restart(); }
     void want_confidence(bool wanted) override { pipeline_.want_confidence(wanted); }

@@ -45,9 +45,7 @@ public:
     }
 
     std::int64_t depth_time_ns(std::uint64_t k) const override {
-        const std::int64_t late_by_ns =
-            recording_.rig ? entry(k).t_depth_ns - entry(k).t_color_ns : 0;
-        return *time_ns(k) + late_by_ns;
+        return *time_ns(k) + entry(k).t_depth_ns - entry(k).t_color_ns;
     }
 
     Status read_luma(std::uint64_t k, ImageView<std::uint8_t> luma) override {
@@ -145,9 +143,8 @@ Result<Rig> open_replay(const ReplayOptions &options) {
                         .speed = options.speed,
                         .round_ns = options.in_step ? std::llround(round_ns) : 0});
     rig.warning = std::move(warning);
-    if (options.rig)
-        rig.pairing = pairing_of_delayed(options.rig->tof_delay_s,
-                                         std::chrono::nanoseconds(rig_tolerance_ns));
+    rig.pairing = pairing_of_delayed(options.rig ? options.rig->tof_delay_s : 0,
+                                     std::chrono::nanoseconds(rig_tolerance_ns));
     return rig;
 }
 

@@ -33,8 +33,8 @@ std::int64_t round_length_ns(const Recording &recording);
 
 /// A recording that behaves like a camera with a TOF sensor. Nothing is known of a depth file
 /// until the illuminator is lit for its frame: files of unmeasured frames are not even opened, but
-/// for the size of the first and the last, which must not both be another camera's. The maps of two
-/// cameras carry their own recorded times, those of registered depth their images'.
+/// for the size of the first and the last, which must not both be another camera's. Maps carry
+/// their own recorded times.
 Result<Rig> open_replay(const ReplayOptions &options);
 
 } // namespace afterglow

@@ -96,6 +96,12 @@ public:
         return Capture::frame;
     }
 
+    std::optional<std::int64_t> exposure_ns() const {
+        if (!turn_)
+            return std::nullopt;
+        return played_ns(sequence_->depth_time_ns(*turn_));
+    }
+
 private:
     bool exists(std::uint64_t k) const {
         const auto frames = static_cast<std::uint64_t>(playback_.frames);
@@ -161,6 +167,7 @@ public:
     Capture read(DepthFrame &frame, std::chrono::nanoseconds /*timeout*/) override {
         return device_->read_depth(frame, problem_);
     }
+    std::optional<std::int64_t> exposure_ns() const override { return device_->exposure_ns(); }
     const std::string &problem() const override { return problem_; }
 
 private:

@@ -5,6 +5,7 @@
 #include "tests/catch.hpp"
 #include "tests/temporary_folder.hpp"
 
+#include <array>
 #include <filesystem>
 
 using namespace afterglow;
@@ -75,6 +76,26 @@ TEST_CASE("a replay gives the recording's images, depth and times") {
         CHECK(f.depth.t_ns == f.color.t_ns);
     }
     CHECK(rig.color->read(f.color, 0ns) == Capture::ended);
+}
+
+TEST_CASE("registered maps have the recording's times, which are known in the dark") {
+    const Recorded recorded;
+    const std::array late_ms{9, -14};
+    recorded.folder.write("r/associations.txt", "7.000 rgb/000000.png 7.009 depth/000000.png\n"
+                                                "7.040 rgb/000001.png 7.026 depth/000001.png\n");
+    const bool lit = GENERATE(false, true);
+    Rig rig = recorded.open();
+    CHECK_FALSE(rig.tof->exposure_ns()); // of no image
+    REQUIRE(rig.illuminator->set(lit));
+    Frames f;
+    for (const int late : late_ms) {
+        REQUIRE(rig.color->read(f.color, 0ns) == Capture::frame);
+        const std::int64_t exposed_ns = f.color.t_ns + late * 1'000'000;
+        CHECK(rig.tof->exposure_ns() == exposed_ns);
+        CHECK(rig.tof->read(f.depth, 0ns) == (lit ? Capture::frame : Capture::none));
+        if (lit)
+            CHECK(f.depth.t_ns == exposed_ns);
+    }
 }
 
 TEST_CASE("a replay changes the exposure of its images alone, and always in the same way") {
