@@ -50,9 +50,9 @@ Result<RecordingWriter> RecordingWriter::create(const std::string &folder, const
     return writer;
 }
 
-Status RecordingWriter::add(std::int64_t t_ns, LumaView luma, DepthView depth_mm,
-                            const std::optional<Pose> &camera_to_world) {
-    assert(t_ns >= 0);
+Status RecordingWriter::add(std::int64_t t_ns, LumaView luma, std::int64_t t_depth_ns,
+                            DepthView depth_mm, const std::optional<Pose> &camera_to_world) {
+    assert(t_ns >= 0 && t_depth_ns >= 0);
     assert(luma.width() == camera_.width && luma.height() == camera_.height);
     assert(depth_mm.width() == tof_.width && depth_mm.height() == tof_.height);
     const std::string name = fmt::format("{:06}.png", count_);
@@ -61,7 +61,8 @@ Status RecordingWriter::add(std::int64_t t_ns, LumaView luma, DepthView depth_mm
     if (Status written = write_png(fmt::format("{}/depth/{}", folder_, name), depth_mm); !written)
         return written;
     const std::string t = seconds(t_ns);
-    associations_ << fmt::format("{} rgb/{} {} depth/{}\n", t, name, t, name) << std::flush;
+    associations_ << fmt::format("{} rgb/{} {} depth/{}\n", t, name, seconds(t_depth_ns), name)
+                  << std::flush;
     if (camera_to_world) {
         const Eigen::Quaterniond q(camera_to_world->R);
         const Eigen::Vector3d &p = camera_to_world->T;

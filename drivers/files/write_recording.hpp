@@ -23,10 +23,15 @@ public:
     static Result<RecordingWriter> create(const std::string &folder, const Intrinsics &camera,
                                           const std::optional<Intrinsics> &tof = std::nullopt);
 
-    /// Adds an image and its depth map, each of its camera's size; `t_ns`, the time of both, rises
-    /// and is not negative. What was added stays readable if nothing follows.
-    Status add(std::int64_t t_ns, LumaView luma, DepthView depth_mm,
+    /// Adds an image and its depth map, each of its camera's size, with the times of both, which
+    /// are not negative; `t_ns` rises. What was added stays readable if nothing follows.
+    Status add(std::int64_t t_ns, LumaView luma, std::int64_t t_depth_ns, DepthView depth_mm,
                const std::optional<Pose> &camera_to_world = std::nullopt);
+    /// The same with one time for both.
+    Status add(std::int64_t t_ns, LumaView luma, DepthView depth_mm,
+               const std::optional<Pose> &camera_to_world = std::nullopt) {
+        return add(t_ns, luma, t_ns, depth_mm, camera_to_world);
+    }
 
 private:
     RecordingWriter(std::string folder, const Intrinsics &camera, const Intrinsics &tof)

@@ -88,7 +88,7 @@ Dataset dataset_of(Recording recording) {
     dataset.skipped = recording.skipped;
     dataset.skipped_reason = std::move(recording.skipped_reason);
     for (Recording::Entry &entry : recording.entries)
-        dataset.frames.push_back({entry.t_color_ns, std::move(entry.color_path),
+        dataset.frames.push_back({entry.t_color_ns, entry.t_depth_ns, std::move(entry.color_path),
                                   std::move(entry.depth_path),
                                   recording.ground_truth.camera_to_world(entry.t_color_ns)});
     dataset.read_luma = [camera = recording.camera](const std::string &path) {

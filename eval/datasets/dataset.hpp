@@ -21,7 +21,8 @@ namespace afterglow {
 /// layout is read.
 struct Dataset {
     struct Frame {
-        std::int64_t t_ns = 0; ///< of the image; not negative
+        std::int64_t t_ns = 0;       ///< of the image; not negative
+        std::int64_t t_depth_ns = 0; ///< of the depth map
         std::string color_path;
         std::string depth_path;
         std::optional<Pose> camera_to_world; ///< of the image's camera, x right, y down, z forward

@@ -107,7 +107,8 @@ Result<Dataset> open(const std::string &folder) {
         else if (!exists(image))
             skip(dataset, depth + ": has no image of the same name");
         else
-            dataset.frames.push_back({icl_nuim_time_ns(*frame), image, depth, std::nullopt});
+            dataset.frames.push_back(
+                {icl_nuim_time_ns(*frame), icl_nuim_time_ns(*frame), image, depth, std::nullopt});
     }
     return dataset;
 }

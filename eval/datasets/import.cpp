@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "eval/datasets/import.hpp"
 
+#include "drivers/files/recording.hpp"
 #include "drivers/files/write_recording.hpp"
 #include "eval/datasets/dataset.hpp"
 #include "eval/datasets/layout.hpp"
@@ -8,6 +9,7 @@
 #include <fmt/format.h>
 
 #include <cerrno>
+#include <cstdlib>
 #include <filesystem>
 #include <optional>
 #include <utility>
@@ -16,6 +18,14 @@ namespace afterglow {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// The time that a recording has of a frame's depth map: the image's, where the two are too far
+/// apart for a recording.
+std::int64_t recorded_depth_time_ns(const Dataset::Frame &frame) {
+    const bool near =
+        frame.t_depth_ns >= 0 && std::abs(frame.t_depth_ns - frame.t_ns) <= recording_tolerance_ns;
+    return near ? frame.t_depth_ns : frame.t_ns;
+}
 
 Result<ImportSummary> write(Dataset &dataset, const std::string &source,
                             const std::string &destination, const ImportOptions &options,
@@ -41,7 +51,8 @@ Result<ImportSummary> write(Dataset &dataset, const std::string &source,
                     return made.error();
                 writer = *std::move(made);
             }
-            if (Status added = writer->add(frame.t_ns, *luma, *depth, frame.camera_to_world);
+            if (Status added = writer->add(frame.t_ns, *luma, recorded_depth_time_ns(frame), *depth,
+                                           frame.camera_to_world);
                 !added)
                 return added.error();
             ++summary.frames;

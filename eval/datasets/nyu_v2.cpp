@@ -118,8 +118,8 @@ void pair(const std::vector<Stamped> &colors, const std::vector<Stamped> &depths
     }
     for (i = 0; i < colors.size(); ++i) {
         if (depth_of[i] != nullptr)
-            dataset.frames.push_back(
-                {colors[i].t_ns, colors[i].path, depth_of[i]->path, std::nullopt});
+            dataset.frames.push_back({colors[i].t_ns, depth_of[i]->t_ns, colors[i].path,
+                                      depth_of[i]->path, std::nullopt});
         else
             skip(dataset, colors[i].path + ": is not the nearest image of any depth map");
     }

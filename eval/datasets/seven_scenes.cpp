@@ -99,8 +99,8 @@ Result<Dataset> open(const std::string &folder) {
         const Result<std::optional<Pose>> pose = read_pose(stem + ".pose.txt");
         if (!pose)
             return pose.error();
-        dataset.frames.push_back({frame * 1'000'000'000 / frames_per_second, folder + "/" + name,
-                                  stem + ".depth.png", *pose});
+        const std::int64_t t_ns = frame * 1'000'000'000 / frames_per_second;
+        dataset.frames.push_back({t_ns, t_ns, folder + "/" + name, stem + ".depth.png", *pose});
     }
     dataset.read_luma = [](const std::string &path) { return read_luma_sized(path, color); };
     dataset.read_depth = [registration = std::make_shared<const DepthRegistration>(

@@ -51,6 +51,25 @@ TEST_CASE("an imported dataset is a recording with the same frames") {
     CHECK(recording->ground_truth.camera_to_world(33'333'333)->T.y() == -2);
 }
 
+TEST_CASE("an imported depth map keeps its time if that is no more than 20 ms from its image's") {
+    const DatasetFolder folder;
+    const auto name = [](const char *color, const char *time) {
+        return fmt::format("{}-{}-1.{}", color, time, *color == 'r' ? "ppm" : "pgm");
+    };
+    for (const char *time : {"100.000000", "100.033000"})
+        folder.ppm(name("r", time), Luma(640, 480));
+    for (const char *time : {"99.986000", "100.060000"})
+        folder.pgm16(name("d", time), Image<std::uint16_t>(640, 480, 900), std::endian::little);
+    const std::string destination = folder.path() + "-imported";
+    REQUIRE(import_dataset(folder.path(), destination));
+    const Result<Recording> recording = open_recording(destination);
+    REQUIRE(recording);
+    CHECK(recording->skipped == 0);
+    REQUIRE(recording->entries.size() == 2);
+    CHECK(recording->entries[0].t_depth_ns == 99'986'000'000);
+    CHECK(recording->entries[1].t_depth_ns == 100'033'000'000); // 27 ms apart: the image's
+}
+
 TEST_CASE("an import with late depth maps leaves out the first frame, and refuses a single one") {
     const DatasetFolder folder;
     write_sequence(folder, 4);

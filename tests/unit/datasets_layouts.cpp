@@ -84,6 +84,7 @@ TEST_CASE("a TUM sequence as published gets its Kinect's camera from its name") 
     CHECK(dataset.camera.fx == 520.9);
     REQUIRE(dataset.frames.size() == 3);
     CHECK(dataset.frames[0].t_ns == 1305031102100000000);
+    CHECK(dataset.frames[0].t_depth_ns == 1305031102110000000);
     REQUIRE(dataset.frames[0].camera_to_world);
     CHECK(dataset.frames[0].camera_to_world->T.z() == 3);
     CHECK_FALSE(dataset.frames[2].camera_to_world);

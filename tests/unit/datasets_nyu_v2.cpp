@@ -116,6 +116,7 @@ TEST_CASE("NYU depth maps are paired one to one with the nearest image") {
     CHECK(dataset.frames[0].t_ns == 100'000'000'000);
     CHECK(dataset.frames[0].depth_path == folder.file(depth_name(100.001)));
     CHECK(dataset.frames[1].t_ns == 100'033'000'000);
+    CHECK(dataset.frames[1].t_depth_ns == 100'030'000'000);
     CHECK(dataset.frames[1].depth_path == folder.file(depth_name(100.030)));
     CHECK(dataset.skipped == 5); // a name, two depth maps, two images
     CHECK(dataset.skipped_reason == folder.file("d-notime.pgm") + ": its name has no time");
