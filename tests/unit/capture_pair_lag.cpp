@@ -152,34 +152,42 @@ namespace {
 
 using Microseconds = std::vector<long>;
 
-/// Notes the lag that it expects of each image's map.
+struct Lags {
+    Microseconds expected, measured;
+};
+
+/// Notes the lags that it is told.
 struct Noted final : Pipeline {
-    explicit Noted(Microseconds &lags) : expected(lags) {}
+    explicit Noted(Lags &told) : lags(told) {}
     const Estimate &track(LumaView /*luma*/, std::int64_t /*t_ns*/) override {
-        expected.push_back(std::lround(1e6 * lag_s));
+        lags.expected.push_back(std::lround(1e6 * lag_s));
         return estimate;
     }
     void expect_lag(double seconds) override { lag_s = seconds; }
-    const Estimate &measure(const Measurement & /*measurement*/) override { return estimate; }
+    const Estimate &measure(const Measurement &measurement) override {
+        lags.measured.push_back(std::lround(1e6 * measurement.lag_s));
+        return estimate;
+    }
     void restart() override {}
-    Microseconds &expected;
+    Lags &lags;
     double lag_s = 0;
     Estimate estimate;
 };
 
-/// What a pipeline is told to expect of three images, of which all are measured 9 ms late.
-/// `known_ms`: by how much later than its image the TOF camera says that each map is exposed.
-Microseconds expected_lags(bool registered, std::optional<std::int64_t> known_ms) {
+/// What a pipeline is told of three images, of which all are measured, one 9 ms late, the next 10
+/// ms early, and so on. `known`: the TOF camera tells when it exposes.
+Lags lags_told(bool registered, bool known) {
     FakeCameras cameras;
+    const auto late_ns = [&] { return cameras.sequence % 2 == 1 ? 9 * ms : -10 * ms; };
     cameras.read_tof = [&](DepthFrame &frame) {
         cameras.give_depth(frame);
-        frame.t_ns += 9 * ms;
+        frame.t_ns += late_ns();
         return Capture::frame;
     };
     cameras.read_color = [&](ColorFrame &frame) {
         cameras.give_image(frame);
-        if (known_ms)
-            cameras.exposes_ns = frame.t_ns + *known_ms * ms;
+        if (known)
+            cameras.exposes_ns = frame.t_ns + late_ns();
         return Capture::frame;
     };
     Rig rig = cameras.rig();
@@ -187,7 +195,7 @@ Microseconds expected_lags(bool registered, std::optional<std::int64_t> known_ms
     const RigCalibration calibration{.color = camera, .tof = camera};
     const RigGeometry geometry =
         registered ? RigGeometry(cameras.camera) : RigGeometry(calibration, camera, {});
-    Microseconds lags;
+    Lags lags;
     FrameLoop loop(
         rig, [&](const RigGeometry &) { return std::make_unique<Noted>(lags); },
         {.mode = GateMode::always_on}, geometry);
@@ -200,8 +208,17 @@ Microseconds expected_lags(bool registered, std::optional<std::int64_t> known_ms
 } // namespace
 
 TEST_CASE("maps to come are expected when the TOF camera says, or else as late as the last") {
-    CHECK(expected_lags(false, std::nullopt) == Microseconds{0, 9'000, 9'000});
-    CHECK(expected_lags(false, -8) == Microseconds{-8'000, -8'000, -8'000});
-    CHECK(expected_lags(true, std::nullopt) == Microseconds{0, 0, 0});
-    CHECK(expected_lags(true, -10) == Microseconds{0, -19'000, -19'000});
+    const Lags unknown = lags_told(false, false), known = lags_told(false, true);
+    CHECK(unknown.expected == Microseconds{0, 9'000, -10'000});
+    CHECK(unknown.measured == Microseconds{9'000, -10'000, 9'000});
+    CHECK(known.expected == Microseconds{9'000, -10'000, 9'000});
+    CHECK(known.measured == known.expected);
+}
+
+TEST_CASE("stamps of registered depth count where the TOF camera says when it exposes") {
+    const Lags unknown = lags_told(true, false), known = lags_told(true, true);
+    CHECK(unknown.expected == Microseconds{0, 0, 0});
+    CHECK(unknown.measured == Microseconds{0, 0, 0});
+    CHECK(known.expected == Microseconds{0, -19'000, 0});
+    CHECK(known.measured == known.expected);
 }
