@@ -190,7 +190,7 @@ void FrameLoop::measure(FrameResult &result) {
     result.estimate = timed(result.estimation_time, [&]() -> const Estimate & {
         Measurement measurement = pairing_.depth();
         measurement.amplitude = pairing_.amplitude();
-        // A device that registers its depth stamps maps when they arrive.
+        // Stamps of a live device that registers its depth tell when maps arrive: not used.
         if (!geometry_.registered || rig_.tof->exposure_ns())
             measurement.lag_s = pair_lag_.of(color_.t_ns, pairing_.t_ns());
         if (!geometry_.registered)

@@ -8,7 +8,7 @@ namespace {
 
 /// Half of the time between two maps at 30 FPS.
 constexpr double most_jitter_s = 1.0 / 60;
-/// The clocks of two cameras drift apart: the weight of a new pair.
+/// Weight of a new pair in the usual difference, which changes as the cameras' clocks drift apart.
 constexpr double new_share = 0.1;
 
 double difference_s(std::int64_t image_ns, std::int64_t map_ns) {

@@ -77,8 +77,8 @@ if(AFTERGLOW_SANITIZE)
   endif()
   add_compile_definitions(HWY_DISABLED_TARGETS=${unused})
 endif()
-# build_quickly(TARGET...): for programs that wait for others most of the time. They are compiled in two
-# thirds of the time.
+# build_quickly(TARGET...): -O1 in release builds, for targets whose running time nobody notices. They are
+# compiled in two thirds of the time.
 function(build_quickly)
   foreach(target ${ARGN})
     target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)

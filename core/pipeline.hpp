@@ -40,8 +40,8 @@ public:
 
     /// Estimates the depth map of a new image. `t_ns`: its capture time, CLOCK_MONOTONIC.
     virtual const Estimate &track(LumaView luma, std::int64_t t_ns) = 0;
-    /// How much later than the images that come the TOF camera would expose their depth maps, as
-    /// far as is known; at first 0. What is seen along its rays is published for that time.
+    /// Seconds by which depth maps of images to come are exposed later than the images, as far as
+    /// is known; at first 0. What is published along the TOF camera's rays is for that time.
     virtual void expect_lag(double /*lag_s*/) {}
     /// Takes a depth map measured for the image last given to track().
     virtual const Estimate &measure(const Measurement &measurement) = 0;

@@ -65,8 +65,8 @@ public:
     virtual void stop() = 0;
     virtual Capture read(DepthFrame &frame, std::chrono::nanoseconds timeout) = 0;
     virtual const std::string &problem() const = 0;
-    /// When it exposed the depth map of the image that was read last, or would have if it had been
-    /// lit, where that is known before the map is read; on the clock of DepthFrame::t_ns.
+    /// When the depth map of the image read last was exposed, or would have been had it been lit,
+    /// on the clock of DepthFrame::t_ns. Nothing where that is not known before the map is read.
     virtual std::optional<std::int64_t> exposure_ns() const { return std::nullopt; }
     /// What maps have come without since the last call, and why, or have again: a sentence for the
     /// log; empty when there is nothing new.

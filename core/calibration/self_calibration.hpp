@@ -35,9 +35,9 @@ public:
     const DepthCorrection &correction() const { return correction_; }
 
 private:
-    Eigen::Vector4d sigma_; ///< of the prior
-    Eigen::Vector4d pair_variance_;
-    CalibrationEvidence sum_; ///< in units of the prior's sigmas
+    Eigen::Vector4d sigma_;         ///< of the prior
+    Eigen::Vector4d pair_variance_; ///< in units of the prior's variances
+    CalibrationEvidence sum_;       ///< in units of the prior's sigmas
     DepthCorrection correction_;
 };
 

@@ -35,7 +35,7 @@ PairLag registered_after(std::int64_t late_ns) {
 
 } // namespace
 
-TEST_CASE("stamps of calibrated cameras count as they are") {
+TEST_CASE("the lag of two calibrated cameras is the difference of their stamps") {
     PairLag lag(false);
     for (const std::int64_t late : {14 * ms, -15 * ms, 0 * ms}) {
         CHECK(lag.of(image_ns, image_ns + late) == Approx(1e-9 * static_cast<double>(late)));
@@ -43,14 +43,14 @@ TEST_CASE("stamps of calibrated cameras count as they are") {
     }
 }
 
-TEST_CASE("what all pairs of registered depth have in common is no lag, nor is their jitter") {
+TEST_CASE("constant offset and jitter of the stamps of registered depth count as no lag") {
     CHECK(PairLag(true).of(image_ns, image_ns + 14 * ms) == 0);
     const PairLag lag = registered_after(14 * ms);
     for (const std::int64_t late : {14 * ms, 2 * ms, 26 * ms})
         CHECK(lag.of(image_ns, image_ns + late) == 0);
 }
 
-TEST_CASE("a map of registered depth that is one earlier than usual was exposed earlier") {
+TEST_CASE("a registered depth map stamped a frame earlier than usual has a negative lag") {
     PairLag lag = registered_after(14 * ms);
     CHECK(lag.of(image_ns, image_ns - 15 * ms) == Approx(-0.029));
     for (int i = 0; i < 50; ++i)
@@ -59,7 +59,7 @@ TEST_CASE("a map of registered depth that is one earlier than usual was exposed 
     CHECK(lag.of(image_ns, image_ns + 14 * ms) == 0);
 }
 
-TEST_CASE("the stamps of registered depth may drift from those of images") {
+TEST_CASE("a slow drift of the stamps of registered depth counts as no lag") {
     PairLag lag = registered_after(14 * ms);
     for (int i = 0; i < 200; ++i) {
         const std::int64_t late = 14 * ms - i * ms / 4; // to -36 ms
@@ -71,8 +71,8 @@ TEST_CASE("the stamps of registered depth may drift from those of images") {
 
 namespace {
 
-/// A room before a camera that looks to and fro. Maps are exposed 14 ms after their image or 15 ms
-/// before it, by turns of two and one.
+/// A room before a camera that looks to and fro. Of three maps two are exposed 14 ms after their
+/// image and the third 15 ms before it. `stamped`: their stamps say so.
 class UnevenPairs final : public FrameSequence {
 public:
     explicit UnevenPairs(bool stamped)
@@ -142,7 +142,9 @@ double mre_of_uneven_pairs(bool stamped) {
 
 } // namespace
 
-TEST_CASE("registered depth is estimated for the time that its map is exposed at", "[core]") {
+TEST_CASE(
+    "an estimate of registered depth is for the time at which the map of its image is exposed",
+    "[core]") {
     const double with = mre_of_uneven_pairs(true), without = mre_of_uneven_pairs(false);
     CAPTURE(with, without);
     CHECK(with < 0.6 * without);
@@ -174,8 +176,8 @@ struct Noted final : Pipeline {
     Estimate estimate;
 };
 
-/// What a pipeline is told of three images, of which all are measured, one 9 ms late, the next 10
-/// ms early, and so on. `known`: the TOF camera tells when it exposes.
+/// What a pipeline is told of three measured images, whose maps are exposed 9 ms later, 10 ms
+/// earlier and 9 ms later than they. `known`: the TOF camera tells its times of exposure.
 Lags lags_told(bool registered, bool known) {
     FakeCameras cameras;
     const auto late_ns = [&] { return cameras.sequence % 2 == 1 ? 9 * ms : -10 * ms; };
@@ -207,7 +209,8 @@ Lags lags_told(bool registered, bool known) {
 
 } // namespace
 
-TEST_CASE("maps to come are expected when the TOF camera says, or else as late as the last") {
+TEST_CASE(
+    "an unmeasured image has the lag that the TOF camera tells, or else the last measured one") {
     const Lags unknown = lags_told(false, false), known = lags_told(false, true);
     CHECK(unknown.expected == Microseconds{0, 9'000, -10'000});
     CHECK(unknown.measured == Microseconds{9'000, -10'000, 9'000});
@@ -215,7 +218,8 @@ TEST_CASE("maps to come are expected when the TOF camera says, or else as late a
     CHECK(known.measured == known.expected);
 }
 
-TEST_CASE("stamps of registered depth count where the TOF camera says when it exposes") {
+TEST_CASE(
+    "stamps of registered depth are used only if the TOF camera tells its times of exposure") {
     const Lags unknown = lags_told(true, false), known = lags_told(true, true);
     CHECK(unknown.expected == Microseconds{0, 0, 0});
     CHECK(unknown.measured == Microseconds{0, 0, 0});

@@ -78,7 +78,8 @@ TEST_CASE("a replay gives the recording's images, depth and times") {
     CHECK(rig.color->read(f.color, 0ns) == Capture::ended);
 }
 
-TEST_CASE("registered maps have the recording's times, which are known in the dark") {
+TEST_CASE(
+    "a replay gives registered depth maps their recorded times, and tells them in the dark too") {
     const Recorded recorded;
     const std::array late_ms{9, -14};
     recorded.folder.write("r/associations.txt", "7.000 rgb/000000.png 7.009 depth/000000.png\n"

@@ -181,7 +181,7 @@ as_offline() {
     awk -v delay_ms="$delay_ms" '
         function seconds(ns) { return sprintf("%d.%09d", int(ns / 1e9), ns % 1e9) }
         NR == FNR { color[NR - 1] = $2; depth[NR - 1] = $4; next }
-        # What is estimated is for when the map would have come that is as late as the last measured.
+        # The daemon takes maps of unmeasured images to be as late as the last measured one.
         delay_ms != "none" && $2 == 1 { late_ns = $6 - $4 - delay_ms * 1e6 }
         { map_ns = $4 + late_ns
           print seconds($4), color[$1], seconds(map_ns), depth[$1] }' lines frames.log \
