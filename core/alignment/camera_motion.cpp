@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/alignment/camera_motion.hpp"
 
-#include <Eigen/Geometry>
-
 #include <algorithm>
 
 namespace afterglow {
@@ -25,11 +23,12 @@ Pose CameraMotion::moved_in(double seconds) const {
     return velocity_s_ > 0 ? part_of(velocity_, seconds / velocity_s_) : Pose::identity();
 }
 
-PosePrior CameraMotion::prior(const Pose &expected, const Eigen::Vector3d &turning_then, double dt,
+PosePrior CameraMotion::prior(const Pose &expected, const Twist &rate_then, double dt,
                               double age_s) const {
     PosePrior prior;
+    const double faster = (rate() - rate_then).tail<3>().norm();
     prior.skew_rad = options_.readout_s *
-                     (static_cast<float>((turning_ - turning_then).norm()) +
+                     (static_cast<float>(faster) +
                       options_.angular_acceleration * static_cast<float>(std::clamp(dt, 0.0, 0.1)));
     // Where the scene hardly tells a turn from a shift, the camera has rather turned.
     const float reach = options_.speed * static_cast<float>(std::clamp(age_s, 0.01, 10.0));
@@ -42,11 +41,6 @@ void CameraMotion::advance(const Pose &pose, bool tracked, double dt) {
     velocity_ = tracked ? pose * now_.inverse() : Pose::identity();
     velocity_s_ = std::max(dt, 0.0);
     now_ = pose;
-    turning_.setZero();
-    if (dt > 0) {
-        const Eigen::AngleAxisd turn(velocity_.R);
-        turning_ = turn.axis() * (turn.angle() / dt);
-    }
 }
 
 void CameraMotion::restart() {

@@ -22,8 +22,6 @@ public:
 
     /// The pose at the last image.
     const Pose &now() const { return now_; }
-    /// Rotation rate between the last two images, rad/s; 0 where it is not known.
-    const Eigen::Vector3d &turning() const { return turning_; }
     /// Motion (v, w) of the scene per second between the last two images; 0 where it is not known.
     Twist rate() const;
     /// The pose expected `dt` seconds after the last image: the last one, if the gap is too long or
@@ -32,10 +30,9 @@ public:
     /// Motion within so many seconds from now, at the present velocity.
     Pose moved_in(double seconds) const;
     /// What is known, before looking, of the pose of an image `dt` seconds after the last relative
-    /// to one taken `age_s` seconds before it, when the camera turned at `turning_then` (rad/s).
+    /// to one taken `age_s` seconds before it, when rate() was `rate_then`.
     /// `expected`: that relative pose, predicted.
-    PosePrior prior(const Pose &expected, const Eigen::Vector3d &turning_then, double dt,
-                    double age_s) const;
+    PosePrior prior(const Pose &expected, const Twist &rate_then, double dt, double age_s) const;
 
     /// A new image, `dt` seconds after the last. `tracked`: `pose` was observed, so that velocity
     /// can be taken from it.
@@ -50,7 +47,6 @@ private:
     Pose now_;
     Pose velocity_; ///< motion within velocity_s_ seconds
     double velocity_s_ = 0;
-    Eigen::Vector3d turning_ = Eigen::Vector3d::Zero();
 };
 
 } // namespace afterglow

@@ -49,6 +49,13 @@ float difference_at(ImageView<const float> z, int distance) {
 
 } // namespace
 
+Eigen::Matrix<float, 6, 6> lag_covariance(const Twist &then, const Twist &now, const Pose &pose,
+                                          float lag_jitter_s) {
+    const Twist before = adjoint(pose.inverse()) * now;
+    return lag_jitter_s * lag_jitter_s *
+           (then * then.transpose() + before * before.transpose()).cast<float>();
+}
+
 MapError map_error(const DepthSurface &surface, const Views &views, const Pose &pose,
                    const Eigen::Matrix<float, 6, 6> &covariance, const ErrorOptions &options,
                    float calibration_shift) {

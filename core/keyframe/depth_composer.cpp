@@ -65,11 +65,11 @@ void DepthComposer::clear() {
 }
 
 void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const Pose &now,
-                            const Alignment &alignment, const Twist &while_read, int enough,
+                            const Alignment &alignment, const Twist &rate, int enough,
                             const DepthCorrection &correction) {
     const auto pose_of = [&](const Keyframe &k) { return now * k.depth_from_world.inverse(); };
     const Keyframe &first = keyframes[reference];
-    const Drawn next = {first.t_ns, pose_of(first), shutter(alignment, while_read)};
+    const Drawn next = {first.t_ns, pose_of(first), shutter(alignment, views_.readout_s * rate)};
     drawn_anew_ = !looks_as_drawn(first, next);
     if (!drawn_anew_)
         return;
@@ -77,6 +77,9 @@ void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const P
     drawn_ = next;
     covered_ = left_empty_ = layer_count_ = 0;
     misplaced_ = 0;
+    const Eigen::Matrix<float, 6, 6> covariance =
+        alignment.covariance +
+        lag_covariance(first.rate, rate, alignment.pose, options_.error.lag_jitter_s);
     std::array<int, most_layers> room{};
     for (const int i : pick_keyframes(keyframes, reference, now, room)) {
         const Keyframe &k = keyframes[i];
@@ -93,8 +96,8 @@ void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const P
         }
         Layer &layer = layers_[static_cast<std::size_t>(layer_count_++)];
         layer.noise = k.surface.noise();
-        layer.error = map_error(k.surface, views_, pose, alignment.covariance, options_.error,
-                                k.calibration_shift);
+        layer.error =
+            map_error(k.surface, views_, pose, covariance, options_.error, k.calibration_shift);
         // From where the TOF camera was to where it would measure now.
         const Pose moved = views_.published_from_surface().inverse() * pose;
         layer.uncorrelated =

@@ -30,11 +30,11 @@ public:
     DepthComposer(const Views &views, const KeyframeOptions &options, WorkerPool &pool);
 
     /// `now`: world to published camera, when its depth map would be exposed. `alignment`: of the
-    /// image with keyframe `reference`. `while_read`: motion of the scene before the tracking
-    /// camera while Views::readout_s. Stops when `enough` pixels are covered. The map shows what a
+    /// image with keyframe `reference`. `rate`: CameraMotion::rate() of the tracking
+    /// camera. Stops when `enough` pixels are covered. The map shows what a
     /// TOF camera with that `correction` would read. The last map stays if it would hardly differ.
     void compose(const KeyframeSet &keyframes, int reference, const Pose &now,
-                 const Alignment &alignment, const Twist &while_read, int enough,
+                 const Alignment &alignment, const Twist &rate, int enough,
                  const DepthCorrection &correction = {});
     /// What makes the pixels of the composed map wrong, beside its MapError.
     struct Doubts {

@@ -86,12 +86,11 @@ const Estimate &DepthPublication::tracked(const Alignment &alignment, const Pose
 
 const Estimate &DepthPublication::estimated(const KeyframeSet &keyframes,
                                             const KeyframeTracker &tracker, const Pose &from_world,
-                                            const Twist &while_read,
-                                            const DepthCorrection &correction) {
+                                            const Twist &rate, const DepthCorrection &correction) {
     const Alignment &alignment = tracker.alignment();
     if (alignment.good) {
-        composer_.compose(keyframes, tracker.reference(), from_world, alignment, while_read,
-                          enough_, correction);
+        composer_.compose(keyframes, tracker.reference(), from_world, alignment, rate, enough_,
+                          correction);
         motion_mask_.find(tracker.compared(keyframes), tracker.image(),
                           tracker.compared_alignment(), composer_.drawn());
         const Keyframe &reference = keyframes[tracker.reference()];

@@ -34,9 +34,9 @@ public:
     /// for it. It has no map yet; what is said of the map stays as it was.
     const Estimate &tracked(const Alignment &alignment, const Pose &from_world, std::int64_t t_ns);
     /// The image last tracked() with its map: empty, if the alignment is not good. `tracker` has
-    /// aligned it; `while_read`: as DepthComposer::compose() takes it.
+    /// aligned it; `rate`: CameraMotion::rate().
     const Estimate &estimated(const KeyframeSet &keyframes, const KeyframeTracker &tracker,
-                              const Pose &from_world, const Twist &while_read,
+                              const Pose &from_world, const Twist &rate,
                               const DepthCorrection &correction);
     /// `depth`, as the published camera sees it from `from_world`, was measured for the last image;
     /// what it lacks stays as estimated. `fresh`: the keyframe made of it; `calibration`: what it

@@ -31,7 +31,7 @@ struct Keyframe {
     /// camera's when its image was exposed, and to the surface camera's when its depth map was.
     Pose from_world;
     Pose depth_from_world;
-    Eigen::Vector3d turning = Eigen::Vector3d::Zero(); ///< camera's rotation rate then, rad/s
+    Twist rate = Twist::Zero(); ///< CameraMotion::rate() then
     std::int64_t t_ns = 0;
     /// By how much its place in images may be wrong for the rig's calibration, radians, one sigma.
     float calibration_shift = 0;

@@ -62,7 +62,7 @@ const Estimate &KeyframePipeline::measure(const Measurement &measurement) {
     k.from_world = motion_.now();
     k.depth_from_world = depth_now_;
     k.t_ns = t_ns_;
-    k.turning = motion_.turning();
+    k.rate = motion_.rate();
     prepared_ = false;
     tracker_.keyframe_added();
     if (guard_)
@@ -106,7 +106,7 @@ DepthCorrection KeyframePipeline::published_correction() const {
 
 /// Makes the depth map of the image last tracked.
 const Estimate &KeyframePipeline::draw() {
-    return publication_.estimated(keyframes_, tracker_, published_now(), while_read(),
+    return publication_.estimated(keyframes_, tracker_, published_now(), motion_.rate(),
                                   published_correction());
 }
 
@@ -115,8 +115,8 @@ const Estimate &KeyframePipeline::draw() {
 /// could be compared.
 std::optional<MapComparison> KeyframePipeline::register_map() {
     const Keyframe &reference = keyframes_[tracker_.reference()];
-    const DepthFit fit = registration_.add(reference, arriving_, depth_now_, tracker_.alignment(),
-                                           motion_.turning());
+    const DepthFit fit =
+        registration_.add(reference, arriving_, depth_now_, tracker_.alignment(), motion_.rate());
     if (fit.good) {
         depth_now_ = (fit.pose * reference.depth_from_world).normalized();
         motion_.correct(

@@ -57,7 +57,7 @@ void KeyframeTracker::align(const KeyframeSet &keyframes, std::int64_t t_ns, dou
     const bool comparable = aligned_ == k.t_ns && alignment_.good && !bridged_;
     aligned_ = k.t_ns;
     alignment_ = tracker_.track(k.alignment_template, image_, starts,
-                                motion.prior(starts[0], k.turning, dt, age_s),
+                                motion.prior(starts[0], k.rate, dt, age_s),
                                 comparable ? &alignment_ : nullptr);
     bridged_ = !alignment_.good && !previous_depth.empty() &&
                bridge(k.from_world, predicted, dt, previous_depth, correction, motion);
@@ -76,7 +76,7 @@ bool KeyframeTracker::bridge(const Pose &reference_from_world, const Pose &predi
     previous_template_.build(previous_image_, previous_.seen(composed_surface_));
     const std::array<Pose, 2> starts{predicted * motion.now().inverse(), Pose::identity()};
     step_ = tracker_.track(previous_template_, image_, starts,
-                           motion.prior(starts[0], motion.turning(), dt, dt));
+                           motion.prior(starts[0], motion.rate(), dt, dt));
     if (!step_.good)
         return false;
     const Pose back = reference_from_world * motion.now().inverse();

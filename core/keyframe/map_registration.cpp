@@ -6,8 +6,7 @@
 namespace afterglow {
 
 DepthFit MapRegistration::add(const Keyframe &reference, const DepthSurface &fresh,
-                              const Pose &expected, const Alignment &alignment,
-                              const Eigen::Vector3d &turning) {
+                              const Pose &expected, const Alignment &alignment, const Twist &rate) {
     using Matrix6f = Eigen::Matrix<float, 6, 6>;
     Matrix6f information = Matrix6f::Zero();
     if (alignment.good) {
@@ -20,7 +19,8 @@ DepthFit MapRegistration::add(const Keyframe &reference, const DepthSurface &fre
     const DepthFit fit = refine_by_depth(reference.surface, fresh, camera_, start, information);
     if (fit.good && alignment.good) {
         const Eigen::Matrix3d &R = surface_from_tracking_.R;
-        const Eigen::Vector3d rate_change = R * turning - fit.pose.R * (R * reference.turning);
+        const Eigen::Vector3d rate_change =
+            R * rate.tail<3>() - fit.pose.R * (R * reference.rate.tail<3>());
         self_calibration_.add(calibration_evidence(reference.surface, fresh, camera_, fit, start,
                                                    information, rate_change, correction().lag_s));
     }

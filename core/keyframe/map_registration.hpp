@@ -19,10 +19,9 @@ public:
 
     /// Fits `fresh`, expected at `expected` (world to surface camera), to `reference` by geometry
     /// and by what the images told, and learns from the two if both agree. `alignment`: of the
-    /// image of `fresh` with `reference`; `turning`: the tracking camera's rotation rate now,
-    /// rad/s.
+    /// image of `fresh` with `reference`; `rate`: CameraMotion::rate().
     DepthFit add(const Keyframe &reference, const DepthSurface &fresh, const Pose &expected,
-                 const Alignment &alignment, const Eigen::Vector3d &turning);
+                 const Alignment &alignment, const Twist &rate);
 
     /// What has been learnt.
     const DepthCorrection &correction() const { return self_calibration_.correction(); }

@@ -20,8 +20,8 @@ struct Drawn {
         keyframe.surface.build(film.depth[0], pool);
         alignment.covariance.diagonal().setConstant(1e-6f);
     }
-    void compose(const Pose &now, const Twist &while_read = Twist::Zero()) {
-        composer.compose(keyframes, 0, now, alignment, while_read,
+    void compose(const Pose &now, const Twist &rate = Twist::Zero()) {
+        composer.compose(keyframes, 0, now, alignment, rate,
                          film.camera.width * film.camera.height);
     }
     /// A shift that moves what is 2 m ahead by so many pixels.
@@ -123,6 +123,23 @@ TEST_CASE("a composed map's confidence is lowered only in cells where measuremen
             REQUIRE(int{drawn.composer.confidence()(u, v)} == int{expected});
         }
     CHECK(drawn.composer.expected_mre() > mre);
+}
+
+TEST_CASE("a map is less certain the faster the camera turns now, or did at the keyframe",
+          "[core]") {
+    const auto expected_mre = [](const Twist &then, const Twist &now) {
+        Drawn drawn;
+        drawn.keyframes[0].rate = then;
+        drawn.compose(drawn.shifted(9), now);
+        drawn.composer.judge({});
+        return drawn.composer.expected_mre();
+    };
+    const Twist turning = 3 * Twist::Unit(4), slowly = 0.3 * turning;
+    const float at_rest = expected_mre(Twist::Zero(), Twist::Zero());
+    CHECK(expected_mre(Twist::Zero(), slowly) > at_rest);
+    CHECK(expected_mre(Twist::Zero(), turning) > expected_mre(Twist::Zero(), slowly));
+    CHECK(expected_mre(turning, Twist::Zero()) > expected_mre(slowly, Twist::Zero()));
+    CHECK(expected_mre(turning, turning) > expected_mre(turning, Twist::Zero()));
 }
 
 TEST_CASE("a map that stays gets the confidences that a new one would get", "[core]") {

@@ -141,3 +141,24 @@ TEST_CASE("the uncorrelated share of a map's error grows with the displacement b
     CHECK(before < 1);
     CHECK(uncorrelated_share(100) == Approx(1).epsilon(1e-3));
 }
+
+TEST_CASE("the covariance of jittering lags agrees with maps exposed at other times", "[core]") {
+    constexpr double jitter_s = 0.002;
+    Twist then, now;
+    then << 0.2, -0.1, 0.3, 0.5, -1.0, 0.2;
+    now << -0.3, 0.4, 0.1, -0.8, 0.3, 0.6;
+    const Pose pose = exp(Twist{{0.3, -0.2, 0.1, 0.2, 0.4, -0.3}});
+    std::mt19937 random(1);
+    std::normal_distribution<double> late(0, jitter_s);
+    Eigen::Matrix<double, 6, 6> sampled = Eigen::Matrix<double, 6, 6>::Zero();
+    constexpr int samples = 20000;
+    for (int i = 0; i < samples; ++i) {
+        // From where the camera was when the one map was exposed to where it is for the other.
+        const Pose moved = exp(late(random) * now) * pose * exp(late(random) * then).inverse();
+        const Twist misplaced = log(pose.inverse() * moved);
+        sampled += misplaced * misplaced.transpose() / samples;
+    }
+    const Eigen::Matrix<double, 6, 6> covariance =
+        lag_covariance(then, now, pose, jitter_s).cast<double>();
+    CHECK((covariance - sampled).norm() < 0.03 * sampled.norm());
+}
