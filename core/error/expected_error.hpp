@@ -16,7 +16,7 @@ struct ErrorOptions {
     /// Misplacement of a depth edge in the sensor's own maps, pixels (Kinect-class: 1 to 2).
     float edge_registration_px = 1.2f;
     /// How far the time from an image to its depth map is from what is known of it, seconds.
-    float lag_jitter_s = 0.0025f;
+    float lag_jitter_s = 0.0015f;
     /// Part of a sensor's depth error that smoothing does not remove.
     float shared_noise = 0.7f;
     /// Relative error that the gate assumes of a pixel that has no depth because something moved
