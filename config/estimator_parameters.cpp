@@ -162,8 +162,9 @@ void add_keyframe(ParameterTable &table, KeyframeOptions &k, std::string &sensor
                   "`afterglow-eval run` tells how well it fits.",
                   method);
     table.add("error.lag_jitter_s", &k.error.lag_jitter_s, {0, 0.1, "s"},
-              "How far the time from an image to its depth map is from the usual one, one sigma; "
-              "makes what is published of a fast camera less certain.");
+              "Jitter of the lag from an image to its depth map, one sigma: the expected error of "
+              "a moving camera's maps grows with it. Raise it for stamps that jitter more; 0 where "
+              "hardware triggers both cameras.");
     table.add("error.edge_registration_px", &k.error.edge_registration_px, {0, 20, "pixels"},
               "Misplacement of depth edges in measured maps (one sigma); raise it for a poor "
               "registration of the two cameras.");

@@ -26,9 +26,9 @@ Pose CameraMotion::moved_in(double seconds) const {
 PosePrior CameraMotion::prior(const Pose &expected, const Twist &rate_then, double dt,
                               double age_s) const {
     PosePrior prior;
-    const double faster = (rate() - rate_then).tail<3>().norm();
+    const double turn_change = (rate() - rate_then).tail<3>().norm(); // rad/s
     prior.skew_rad = options_.readout_s *
-                     (static_cast<float>(faster) +
+                     (static_cast<float>(turn_change) +
                       options_.angular_acceleration * static_cast<float>(std::clamp(dt, 0.0, 0.1)));
     // Where the scene hardly tells a turn from a shift, the camera has rather turned.
     const float reach = options_.speed * static_cast<float>(std::clamp(age_s, 0.01, 10.0));

@@ -15,7 +15,7 @@ namespace afterglow {
 struct ErrorOptions {
     /// Misplacement of a depth edge in the sensor's own maps, pixels (Kinect-class: 1 to 2).
     float edge_registration_px = 1.2f;
-    /// How far the time from an image to its depth map is from what is known of it, seconds.
+    /// Jitter of the lag from an image to its depth map, seconds, one sigma.
     float lag_jitter_s = 0.0015f;
     /// Part of a sensor's depth error that smoothing does not remove.
     float shared_noise = 0.7f;
@@ -36,10 +36,11 @@ struct MapError {
     std::array<float, 8> fresh_edge{}; ///< the same of a map that has not been carried
 };
 
-/// Covariance of the motion (v, w) by which a keyframe's map and one measured now are misplaced
-/// because neither was exposed `lag_jitter_s` exactly when it is thought to be. `then`, `now`:
-/// motion of the scene per second before the tracking camera, at the keyframe and now; `pose` takes
-/// points from that camera's frame then, which the covariance is in, to its frame now.
+/// Covariance of the motion (v, w) by which jitter of the lag misplaces a keyframe's map against
+/// one measured now: both are exposed `lag_jitter_s`, one sigma, earlier or later than assumed.
+/// Metres and radians, in the tracking camera's frame at the keyframe. `then`, `now`:
+/// CameraMotion::rate() at the keyframe and now; `pose` takes points from the tracking camera's
+/// frame at the keyframe to its frame now.
 Eigen::Matrix<float, 6, 6> lag_covariance(const Twist &then, const Twist &now, const Pose &pose,
                                           float lag_jitter_s);
 

@@ -125,7 +125,7 @@ TEST_CASE("a composed map's confidence is lowered only in cells where measuremen
     CHECK(drawn.composer.expected_mre() > mre);
 }
 
-TEST_CASE("a map is less certain the faster the camera turns now, or did at the keyframe",
+TEST_CASE("the expected error of a map grows with the turning rates at the keyframe and now",
           "[core]") {
     const auto expected_mre = [](const Twist &then, const Twist &now) {
         Drawn drawn;

@@ -142,7 +142,8 @@ TEST_CASE("the uncorrelated share of a map's error grows with the displacement b
     CHECK(uncorrelated_share(100) == Approx(1).epsilon(1e-3));
 }
 
-TEST_CASE("the covariance of jittering lags agrees with maps exposed at other times", "[core]") {
+TEST_CASE("the covariance by jitter of the lag agrees with Monte Carlo samples of exposure times",
+          "[core]") {
     constexpr double jitter_s = 0.002;
     Twist then, now;
     then << 0.2, -0.1, 0.3, 0.5, -1.0, 0.2;
