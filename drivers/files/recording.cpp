@@ -9,7 +9,6 @@
 #include <system_error>
 
 #include <algorithm>
-#include <array>
 #include <cassert>
 #include <cerrno>
 #include <cstdlib>
@@ -151,6 +150,21 @@ Status check_files(const std::string &folder, bool needs_camera) {
 
 } // namespace
 
+std::string camera_problem(const std::array<double, 6> &camera) {
+    const auto [fx, fy, cx, cy, width, height] = camera;
+    const auto is_side = [](double side) {
+        return side >= 1 && side <= max_image_side && side == static_cast<int>(side);
+    };
+    if (!is_side(width) || !is_side(height))
+        return fmt::format("width and height are whole numbers from 1 to {}, not {} and {}",
+                           max_image_side, width, height);
+    if (!(fx > 0 && fy > 0))
+        return "fx and fy are positive numbers of pixels";
+    if (!(cx >= 0 && cx <= width && cy >= 0 && cy <= height))
+        return fmt::format("the centre ({}, {}) is outside the image", cx, cy);
+    return {};
+}
+
 Result<RecordingCamera> read_recording_camera(const std::string &folder) {
     Result<TextFields> lines = TextFields::read(folder + "/camera.txt");
     if (!lines)
@@ -168,17 +182,9 @@ Result<RecordingCamera> read_recording_camera(const std::string &folder) {
             return lines->error(fmt::format("{} is not a number: {}", (*lines)[i], expected));
         x[i] = *number;
     }
-    const auto is_side = [](double side) {
-        return side >= 1 && side <= max_image_side && side == static_cast<int>(side);
-    };
-    if (!is_side(x[4]) || !is_side(x[5]))
-        return lines->error(fmt::format("width and height are whole numbers from 1 to {}, not {} "
-                                        "and {}",
-                                        max_image_side, x[4], x[5]));
-    if (x[0] <= 0 || x[1] <= 0)
-        return lines->error("fx and fy are positive numbers of pixels");
-    if (x[2] < 0 || x[2] > x[4] || x[3] < 0 || x[3] > x[5])
-        return lines->error(fmt::format("the centre ({}, {}) is outside the image", x[2], x[3]));
+    if (const std::string problem = camera_problem({x[0], x[1], x[2], x[3], x[4], x[5]});
+        !problem.empty())
+        return lines->error(problem);
     if (x[6] <= 0)
         return lines->error("depth_units_per_metre is a positive number");
     if (lines->next_line())

@@ -7,6 +7,7 @@
 #include "core/base/rig_calibration.hpp"
 #include "drivers/files/trajectory.hpp"
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -68,6 +69,10 @@ struct FrameOrder {
 /// Puts the entries into that order; at least one stays. Times still rise: t becomes
 /// first + last - t where they are reversed. The ground truth stays that of the recorded times.
 void reorder(Recording &recording, const FrameOrder &order);
+
+/// A sentence on what a pinhole camera's fx, fy, cx, cy, width and height, pixels, cannot be; empty
+/// if there is nothing.
+std::string camera_problem(const std::array<double, 6> &camera);
 
 /// What camera.txt says.
 struct RecordingCamera {

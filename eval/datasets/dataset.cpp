@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 /// The surer the signs, the earlier.
 const std::array layouts = {&tum_layout,          &icl_nuim_layout,     &icl_nuim_povray_layout,
                             &corbs_layout,        &tum_original_layout, &nyu_v2_layout,
-                            &seven_scenes_layout, &indoor_rgbd_layout};
+                            &seven_scenes_layout, &open3d_layout,       &indoor_rgbd_layout};
 
 Error unrecognised(const std::string &folder) {
     std::string message = fmt::format("{}: is not in a layout that is known; looked for", folder);

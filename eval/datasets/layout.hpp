@@ -25,6 +25,7 @@ extern const Layout corbs_layout;
 extern const Layout tum_original_layout;
 extern const Layout nyu_v2_layout;
 extern const Layout seven_scenes_layout;
+extern const Layout open3d_layout;
 extern const Layout indoor_rgbd_layout;
 
 /// A dataset of a recording's entries, camera and ground truth, whose files hold what the camera

@@ -258,6 +258,49 @@ TEST_CASE("raw CoRBS frames are scaled and registered to the common size") {
                    "is 640 x 480 pixels instead of 1920 x 1080"));
 }
 
+TEST_CASE("a recording of Open3D's recorders has its camera in a JSON file") {
+    const DatasetFolder folder;
+    for (const int number : {0, 2, 3}) {
+        folder.image(fmt::format("color/{:06}.png", number), picture(number));
+        if (number != 2)
+            folder.depth(fmt::format("depth/{:06}.png", number), wall_and_box(2000, 1000));
+    }
+    folder.image("color/preview.png", picture(1));
+    const std::string matrix = R"("intrinsic_matrix": [615, 0, 0, 0, 616, 0, 321, 244, 1])";
+    const std::string camera = R"({"width": 640, "height": 480, )" + matrix + "}";
+    folder.text("camera_intrinsic.json", camera);
+    const Dataset dataset = open(folder);
+    CHECK(dataset.layout == "open3d");
+    CHECK(dataset.camera == Intrinsics{615, 616, 321, 244, 640, 480});
+    CHECK(contains(dataset.assumed, "millimetres"));
+    REQUIRE(dataset.frames.size() == 2);
+    CHECK(dataset.skipped == 1);
+    CHECK(contains(dataset.skipped_reason, "color/000002.png: has no depth map"));
+    CHECK(dataset.frames[1].t_ns == 100'000'000);
+    CHECK(*dataset.read_luma(dataset.frames[1].color_path) == picture(3));
+    CHECK((*dataset.read_depth(dataset.frames[1].depth_path))(300, 240) == 1000);
+
+    const auto problem_with = [&](const std::string &json) {
+        folder.text("camera_intrinsic.json", json);
+        return problem_of(folder);
+    };
+    CHECK(contains(problem_with(""), "camera_intrinsic.json: is not a JSON object"));
+    CHECK(contains(problem_with("[1, 2]"), "is not a JSON object"));
+    CHECK(contains(problem_with(R"({"width": 640, "height": 480})"), "intrinsic_matrix is not"));
+    CHECK(contains(problem_with("{" + matrix + "}"), "width and height"));
+    CHECK(contains(problem_with(R"({"width": "640", "height": 480, )" + matrix + "}"),
+                   "width and height"));
+    CHECK(contains(problem_with(R"({"width": 320, "height": 480, )" + matrix + "}"),
+                   "is outside the image"));
+
+    std::filesystem::remove(folder.file("camera_intrinsic.json"));
+    folder.text("intrinsic.json", camera); // as the Azure Kinect's reader calls it
+    CHECK(open(folder).layout == "open3d");
+    std::filesystem::remove(folder.file("intrinsic.json"));
+    CHECK(open(folder).layout == "indoor-rgbd");
+    CHECK(contains(problem_of(folder, "open3d"), "has no camera_intrinsic.json or intrinsic.json"));
+}
+
 TEST_CASE("a dataset folder of numbered images and depth maps is read in order of numbers") {
     const DatasetFolder folder("trajectory_1");
     for (const int number : {5, 6, 7}) {
