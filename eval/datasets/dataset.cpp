@@ -101,6 +101,23 @@ Dataset dataset_of(Recording recording) {
     return dataset;
 }
 
+Dataset dataset_of(Recording recording, const NumberedFiles &colors, const NumberedFiles &depths,
+                   std::int64_t per_second) {
+    for (const auto &[number, color] : colors) {
+        const std::int64_t t_ns = number * 1'000'000'000 / per_second;
+        if (const auto depth = depths.find(number); depth != depths.end())
+            recording.entries.push_back({t_ns, color, t_ns, depth->second});
+    }
+    Dataset dataset = dataset_of(std::move(recording));
+    for (const auto &[number, color] : colors)
+        if (!depths.contains(number))
+            skip(dataset, color + ": has no depth map of its number");
+    for (const auto &[number, depth] : depths)
+        if (!colors.contains(number))
+            skip(dataset, depth + ": has no image of its number");
+    return dataset;
+}
+
 Result<Luma> read_luma_sized(const std::string &path, const Intrinsics &camera) {
     Luma luma(camera.width, camera.height);
     if (Status read = read_luma(path, luma.view()); !read)

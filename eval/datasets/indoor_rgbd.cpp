@@ -7,8 +7,8 @@
 #include <cctype>
 #include <charconv>
 #include <filesystem>
-#include <map>
 #include <optional>
+#include <utility>
 
 namespace afterglow {
 namespace {
@@ -17,8 +17,8 @@ namespace fs = std::filesystem;
 
 /// A Kinect v1 as its driver registers depth to colour.
 constexpr RecordingCamera nominal = {{525, 525, 319.5, 239.5, 640, 480}, 1000};
-/// The robot's cameras were sampled together with the overhead ones, every 100 ms.
-constexpr std::int64_t period_ns = 100'000'000;
+/// The robot's cameras were sampled together with the overhead ones.
+constexpr std::int64_t samples_per_second = 10;
 
 enum class Kind { color, depth };
 
@@ -49,8 +49,7 @@ std::optional<std::pair<Kind, std::int64_t>> identify(const fs::path &file,
 }
 
 struct Found {
-    std::map<std::int64_t, std::string> color;
-    std::map<std::int64_t, std::string> depth;
+    NumberedFiles color, depth;
 };
 
 /// The files of a folder and of the folders in it.
@@ -84,22 +83,9 @@ Result<Dataset> open(const std::string &folder) {
         return camera.error();
     recording.camera = camera->intrinsics;
     recording.depth_units_per_metre = camera->depth_units_per_metre;
-    Found found = find_images(folder);
-    for (const auto &[number, color] : found.color) {
-        const auto depth = found.depth.find(number);
-        if (depth == found.depth.end())
-            continue;
-        recording.entries.push_back({number * period_ns, color, number * period_ns, depth->second});
-    }
-    Dataset dataset = dataset_of(std::move(recording));
-    for (const auto &[number, color] : found.color) {
-        if (!found.depth.contains(number))
-            skip(dataset, color + ": has no depth map of its number");
-    }
-    for (const auto &[number, depth] : found.depth) {
-        if (!found.color.contains(number))
-            skip(dataset, depth + ": has no image of its number");
-    }
+    const Found found = find_images(folder);
+    Dataset dataset =
+        dataset_of(std::move(recording), found.color, found.depth, samples_per_second);
     dataset.assumed =
         fmt::format("{}numbers count tenths of a second, and depth is registered to colour",
                     has_camera ? ""

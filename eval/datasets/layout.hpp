@@ -5,8 +5,11 @@
 #include "drivers/files/recording.hpp"
 #include "eval/datasets/dataset.hpp"
 
+#include <cstdint>
 #include <functional>
+#include <map>
 #include <string>
+#include <vector>
 
 namespace afterglow {
 
@@ -31,6 +34,12 @@ extern const Layout indoor_rgbd_layout;
 /// A dataset of a recording's entries, camera and ground truth, whose files hold what the camera
 /// sees: PNG or JPEG images, and registered 16-bit depth PNGs in the recording's units.
 Dataset dataset_of(Recording recording);
+
+/// The same of images and depth maps with the same number, of which there are `per_second`; those
+/// that are alone are left out. `recording`: all but its entries.
+using NumberedFiles = std::map<std::int64_t, std::string>;
+Dataset dataset_of(Recording recording, const NumberedFiles &colors, const NumberedFiles &depths,
+                   std::int64_t per_second);
 
 /// Reads a PNG or JPEG image, which must have the camera's size, as luma.
 Result<Luma> read_luma_sized(const std::string &path, const Intrinsics &camera);

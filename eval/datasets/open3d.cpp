@@ -8,15 +8,16 @@
 #include <array>
 #include <cerrno>
 #include <charconv>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string_view>
+#include <utility>
 
 namespace afterglow {
 namespace {
 
 constexpr std::int64_t frames_per_second = 30;
-constexpr double depth_units_per_metre = 1000;
+constexpr double units_per_metre = 1000;
 
 /// The camera's file, as the recorder of RealSense cameras and that of Azure Kinects call it.
 constexpr std::array camera_files = {"camera_intrinsic.json", "intrinsic.json"};
@@ -58,9 +59,8 @@ Result<Intrinsics> read_camera(const std::string &path) {
 }
 
 /// The numbered files of a folder, by number.
-std::map<std::int64_t, std::string> numbered(const std::string &folder,
-                                             const std::vector<std::string_view> &types) {
-    std::map<std::int64_t, std::string> found;
+NumberedFiles numbered(const std::string &folder, const std::vector<std::string_view> &types) {
+    NumberedFiles found;
     for (const std::string &name : files_in(folder, [](const std::string &) { return true; })) {
         std::int64_t number = 0;
         const char *const end = name.data() + name.size();
@@ -85,20 +85,10 @@ Result<Dataset> open(const std::string &folder) {
         return camera.error();
     Recording recording;
     recording.camera = *camera;
-    recording.depth_units_per_metre = depth_units_per_metre;
-    const auto colors = numbered(folder + "/color", {".jpg", ".png"});
-    const auto depths = numbered(folder + "/depth", {".png"});
-    std::vector<std::string> alone;
-    for (const auto &[number, color] : colors) {
-        const std::int64_t t_ns = number * 1'000'000'000 / frames_per_second;
-        if (const auto depth = depths.find(number); depth != depths.end())
-            recording.entries.push_back({t_ns, color, t_ns, depth->second});
-        else
-            alone.push_back(color + ": has no depth map of its number");
-    }
-    Dataset dataset = dataset_of(std::move(recording));
-    for (std::string &reason : alone)
-        skip(dataset, std::move(reason));
+    recording.depth_units_per_metre = units_per_metre;
+    Dataset dataset =
+        dataset_of(std::move(recording), numbered(folder + "/color", {".jpg", ".png"}),
+                   numbered(folder + "/depth", {".png"}), frames_per_second);
     dataset.assumed = fmt::format("numbers count frames, {} a second, and depth is in millimetres",
                                   frames_per_second);
     return dataset;

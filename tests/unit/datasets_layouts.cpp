@@ -265,6 +265,7 @@ TEST_CASE("a recording of Open3D's recorders has its camera in a JSON file") {
         if (number != 2)
             folder.depth(fmt::format("depth/{:06}.png", number), wall_and_box(2000, 1000));
     }
+    folder.depth("depth/000004.png", wall_and_box(2000, 1000));
     folder.image("color/preview.png", picture(1));
     const std::string matrix = R"("intrinsic_matrix": [615, 0, 0, 0, 616, 0, 321, 244, 1])";
     const std::string camera = R"({"width": 640, "height": 480, )" + matrix + "}";
@@ -274,7 +275,7 @@ TEST_CASE("a recording of Open3D's recorders has its camera in a JSON file") {
     CHECK(dataset.camera == Intrinsics{615, 616, 321, 244, 640, 480});
     CHECK(contains(dataset.assumed, "millimetres"));
     REQUIRE(dataset.frames.size() == 2);
-    CHECK(dataset.skipped == 1);
+    CHECK(dataset.skipped == 2);
     CHECK(contains(dataset.skipped_reason, "color/000002.png: has no depth map"));
     CHECK(dataset.frames[1].t_ns == 100'000'000);
     CHECK(*dataset.read_luma(dataset.frames[1].color_path) == picture(3));
