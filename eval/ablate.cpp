@@ -52,7 +52,7 @@ const std::vector<Variant> &ablation_variants() {
          "the expected error leaves out misplaced depth edges"},
         {"no jitter of the lag",
          {"error.lag_jitter_s=0"},
-         "depth maps are taken to be exposed exactly when they are thought to be"},
+         "depth maps are taken to be exposed exactly at the assumed times"},
         {"no sensor noise",
          {"sensor.floor_m=0", "sensor.linear=0", "sensor.quadratic_per_m=0"},
          "readings are taken to be all but exact"},

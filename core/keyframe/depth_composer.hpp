@@ -30,9 +30,9 @@ public:
     DepthComposer(const Views &views, const KeyframeOptions &options, WorkerPool &pool);
 
     /// `now`: world to published camera, when its depth map would be exposed. `alignment`: of the
-    /// image with keyframe `reference`. `rate`: CameraMotion::rate(). Stops
-    /// when `enough` pixels are covered. The map shows what a
-    /// TOF camera with that `correction` would read. The last map stays if it would hardly differ.
+    /// image with keyframe `reference`. `rate`: CameraMotion::rate(). Stops when `enough` pixels
+    /// are covered. The map shows what a TOF camera with that `correction` would read. The last map
+    /// stays if it would hardly differ.
     void compose(const KeyframeSet &keyframes, int reference, const Pose &now,
                  const Alignment &alignment, const Twist &rate, int enough,
                  const DepthCorrection &correction = {});

@@ -70,8 +70,8 @@ struct FrameOrder {
 /// first + last - t where they are reversed. The ground truth stays that of the recorded times.
 void reorder(Recording &recording, const FrameOrder &order);
 
-/// A sentence on what a pinhole camera's fx, fy, cx, cy, width and height, pixels, cannot be; empty
-/// if there is nothing.
+/// Why these numbers cannot be fx, fy, cx, cy, width and height of a pinhole camera, all in pixels:
+/// a sentence, empty if they can.
 std::string camera_problem(const std::array<double, 6> &camera);
 
 /// What camera.txt says.

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <charconv>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -166,6 +167,15 @@ std::vector<std::string> files_in(const std::string &folder,
     }
     std::sort(names.begin(), names.end());
     return names;
+}
+
+std::optional<std::int64_t> frame_number(std::string_view digits) {
+    const char *const end = digits.data() + digits.size();
+    std::int64_t number = 0;
+    const auto [stop, problem] = std::from_chars(digits.data(), end, number);
+    if (problem != std::errc() || stop != end || number < 0 || number > max_frame_number)
+        return std::nullopt;
+    return number;
 }
 
 void skip(Dataset &dataset, std::string reason) {

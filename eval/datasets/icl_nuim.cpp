@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -21,15 +20,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double units_per_metre = 5000;
-
-std::optional<std::int64_t> whole_number(std::string_view text) {
-    std::int64_t number = 0;
-    const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), number);
-    if (problem != std::errc() || end != text.data() + text.size() || number < 0 ||
-        number > icl_nuim_max_frame)
-        return std::nullopt;
-    return number;
-}
 
 /// The poses of *.gt.freiburg, by frame number: camera to world with y up, turned y down here.
 Result<std::map<std::int64_t, Pose>> read_poses(const std::string &folder) {
@@ -51,7 +41,7 @@ Result<std::map<std::int64_t, Pose>> read_poses(const std::string &folder) {
             x[i] = *number;
         }
         const Eigen::Quaterniond rotation(x[7], x[4], x[5], x[6]);
-        if (x[0] < 0 || x[0] > double(icl_nuim_max_frame) || std::abs(rotation.norm() - 1) > 0.01)
+        if (x[0] < 0 || x[0] > double(max_frame_number) || std::abs(rotation.norm() - 1) > 0.01)
             return lines->error("has no frame number, or qx qy qz qw is not a unit quaternion");
         const Eigen::DiagonalMatrix<double, 3> flip(1, -1, 1);
         poses[std::llround(x[0])] = {flip * rotation.normalized().toRotationMatrix() * flip,
@@ -69,7 +59,7 @@ bool is_in(const std::string &folder, const fs::path &file) {
 /// The frame of a line of associations.txt, `0 depth/0.png 0 rgb/0.png`: depth comes first, and
 /// frames are numbered. Nothing for a line of another kind.
 std::optional<std::int64_t> frame_of(const std::array<std::string, 4> &line) {
-    const std::optional<std::int64_t> frame = whole_number(line[0]);
+    const std::optional<std::int64_t> frame = frame_number(line[0]);
     return line[2] == line[0] && is_in("depth", line[1]) && is_in("rgb", line[3]) ? frame
                                                                                   : std::nullopt;
 }

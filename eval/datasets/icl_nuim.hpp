@@ -15,7 +15,5 @@ inline constexpr Intrinsics icl_nuim_camera = {481.2, 480, 319.5, 239.5, 640, 48
 inline constexpr std::int64_t icl_nuim_time_ns(std::int64_t frame) {
     return frame * 1'000'000'000 / 30;
 }
-/// Larger numbers are no frame's.
-inline constexpr std::int64_t icl_nuim_max_frame = 1'000'000'000;
 
 } // namespace afterglow

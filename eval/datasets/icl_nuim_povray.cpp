@@ -27,12 +27,7 @@ bool is_depth(const std::string &name) {
 /// The number N of scene_00_N.depth.
 std::optional<std::int64_t> frame_of(const std::string &name) {
     const std::size_t begin = name.rfind('_') + 1, end = name.rfind('.');
-    std::int64_t number = 0;
-    const auto [stop, problem] = std::from_chars(name.data() + begin, name.data() + end, number);
-    if (problem != std::errc() || stop != name.data() + end || number < 0 ||
-        number > icl_nuim_max_frame)
-        return std::nullopt;
-    return number;
+    return frame_number(std::string_view(name).substr(begin, end - begin));
 }
 
 /// Reads distances along the rays, metres, as text; row by row.

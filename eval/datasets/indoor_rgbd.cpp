@@ -5,9 +5,9 @@
 
 #include <algorithm>
 #include <cctype>
-#include <charconv>
 #include <filesystem>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 namespace afterglow {
@@ -41,11 +41,10 @@ std::optional<std::pair<Kind, std::int64_t>> identify(const fs::path &file,
         return std::nullopt;
     const std::size_t before = stem.find_last_not_of("0123456789", last);
     const std::size_t first = before == std::string::npos ? 0 : before + 1;
-    std::int64_t number = 0;
-    const auto problem = std::from_chars(stem.data() + first, stem.data() + last + 1, number).ec;
-    if (problem != std::errc() || number > 1'000'000'000)
+    const auto number = frame_number(std::string_view(stem).substr(first, last + 1 - first));
+    if (!number)
         return std::nullopt;
-    return std::pair(depth ? Kind::depth : Kind::color, number);
+    return std::pair(depth ? Kind::depth : Kind::color, *number);
 }
 
 struct Found {

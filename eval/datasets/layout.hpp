@@ -8,7 +8,9 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace afterglow {
@@ -35,9 +37,12 @@ extern const Layout indoor_rgbd_layout;
 /// sees: PNG or JPEG images, and registered 16-bit depth PNGs in the recording's units.
 Dataset dataset_of(Recording recording);
 
-/// The same of images and depth maps with the same number, of which there are `per_second`; those
-/// that are alone are left out. `recording`: all but its entries.
+/// Paths of files by the numbers in their names.
 using NumberedFiles = std::map<std::int64_t, std::string>;
+
+/// As above, of the images and depth maps whose number n is the same, taken at n / `per_second`
+/// seconds. An image or a map without the other is left out and counted. `recording`: without
+/// entries.
 Dataset dataset_of(Recording recording, const NumberedFiles &colors, const NumberedFiles &depths,
                    std::int64_t per_second);
 
@@ -56,6 +61,12 @@ std::string first_line(const std::string &path);
 /// The names of a folder's own files that `wanted` holds for, in order.
 std::vector<std::string> files_in(const std::string &folder,
                                   const std::function<bool(const std::string &name)> &wanted);
+
+/// Larger numbers are no frame's.
+inline constexpr std::int64_t max_frame_number = 1'000'000'000;
+/// The frame's number that all of `digits` are, from 0 to max_frame_number; nothing if they are
+/// none.
+std::optional<std::int64_t> frame_number(std::string_view digits);
 
 /// Counts something left out; the first reason is remembered.
 void skip(Dataset &dataset, std::string reason);

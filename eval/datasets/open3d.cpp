@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <charconv>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string_view>
@@ -40,35 +39,33 @@ Result<Intrinsics> read_camera(const std::string &path) {
     };
     if (!json.is_object())
         return refused("is not a JSON object");
-    const auto number = [](const nlohmann::json &value) {
-        return value.is_number() ? value.get<double>() : 0;
-    };
     const auto matrix = json.value("intrinsic_matrix", nlohmann::json());
-    if (!matrix.is_array() || matrix.size() != 9)
+    const auto is_number = [](const nlohmann::json &value) { return value.is_number(); };
+    if (!matrix.is_array() || matrix.size() != 9 || !std::ranges::all_of(matrix, is_number))
         return refused("intrinsic_matrix is not an array of 9 numbers");
-    const std::array camera = {number(matrix[0]),
-                               number(matrix[4]),
-                               number(matrix[6]),
-                               number(matrix[7]),
-                               number(json.value("width", nlohmann::json())),
-                               number(json.value("height", nlohmann::json()))};
+    const auto at = [&](std::size_t i) { return matrix[i].get<double>(); };
+    const auto side = [&](const char *key) {
+        const auto value = json.value(key, nlohmann::json());
+        return is_number(value) ? value.get<double>() : 0; // which no image has
+    };
+    const std::array camera = {at(0), at(4), at(6), at(7), side("width"), side("height")};
     if (const std::string problem = camera_problem(camera); !problem.empty())
         return refused(problem);
     const auto [fx, fy, cx, cy, width, height] = camera;
     return Intrinsics{fx, fy, cx, cy, static_cast<int>(width), static_cast<int>(height)};
 }
 
-/// The numbered files of a folder, by number.
+/// The files of a folder that are called by a number and one of `types`, such as ".png".
 NumberedFiles numbered(const std::string &folder, const std::vector<std::string_view> &types) {
+    const auto number_of = [](std::string_view name, std::string_view type) {
+        return name.ends_with(type) ? frame_number(name.substr(0, name.size() - type.size()))
+                                    : std::nullopt;
+    };
     NumberedFiles found;
-    for (const std::string &name : files_in(folder, [](const std::string &) { return true; })) {
-        std::int64_t number = 0;
-        const char *const end = name.data() + name.size();
-        const auto [stop, problem] = std::from_chars(name.data(), end, number);
-        if (problem == std::errc() && number >= 0 && number <= 1'000'000'000 &&
-            std::ranges::count(types, std::string_view(stop, end)) > 0)
-            found.emplace(number, folder + "/" + name);
-    }
+    for (const std::string &name : files_in(folder, [](const std::string &) { return true; }))
+        for (const std::string_view type : types)
+            if (const auto number = number_of(name, type))
+                found.emplace(*number, folder + "/" + name);
     return found;
 }
 
@@ -89,7 +86,8 @@ Result<Dataset> open(const std::string &folder) {
     Dataset dataset =
         dataset_of(std::move(recording), numbered(folder + "/color", {".jpg", ".png"}),
                    numbered(folder + "/depth", {".png"}), frames_per_second);
-    dataset.assumed = fmt::format("numbers count frames, {} a second, and depth is in millimetres",
+    dataset.assumed = fmt::format("the layout tells neither times nor the unit of depth: {} frames "
+                                  "a second and millimetres were assumed",
                                   frames_per_second);
     return dataset;
 }

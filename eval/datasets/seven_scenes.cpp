@@ -8,7 +8,6 @@
 #include <fmt/format.h>
 
 #include <cerrno>
-#include <charconv>
 #include <memory>
 
 namespace afterglow {
@@ -37,12 +36,8 @@ std::optional<std::int64_t> frame_of(const std::string &name) {
     if (name.size() <= before.size() + after.size() || !name.starts_with(before) ||
         !name.ends_with(after))
         return std::nullopt;
-    const char *const end = name.data() + name.size() - after.size();
-    std::int64_t number = 0;
-    const auto [stop, problem] = std::from_chars(name.data() + before.size(), end, number);
-    if (problem != std::errc() || stop != end || number < 0 || number > 1'000'000'000)
-        return std::nullopt;
-    return number;
+    return frame_number(
+        std::string_view(name).substr(before.size(), name.size() - before.size() - after.size()));
 }
 
 bool is_color(const std::string &name) {

@@ -258,7 +258,8 @@ TEST_CASE("raw CoRBS frames are scaled and registered to the common size") {
                    "is 640 x 480 pixels instead of 1920 x 1080"));
 }
 
-TEST_CASE("a recording of Open3D's recorders has its camera in a JSON file") {
+TEST_CASE("a recording in Open3D's layout is read with the camera of its JSON file, and refused "
+          "if that is none") {
     const DatasetFolder folder;
     for (const int number : {0, 2, 3}) {
         folder.image(fmt::format("color/{:06}.png", number), picture(number));
@@ -266,7 +267,8 @@ TEST_CASE("a recording of Open3D's recorders has its camera in a JSON file") {
             folder.depth(fmt::format("depth/{:06}.png", number), wall_and_box(2000, 1000));
     }
     folder.depth("depth/000004.png", wall_and_box(2000, 1000));
-    folder.image("color/preview.png", picture(1));
+    for (const char *const other : {"preview", "-1", "5a"})
+        folder.image(fmt::format("color/{}.png", other), picture(1));
     const std::string matrix = R"("intrinsic_matrix": [615, 0, 0, 0, 616, 0, 321, 244, 1])";
     const std::string camera = R"({"width": 640, "height": 480, )" + matrix + "}";
     folder.text("camera_intrinsic.json", camera);
@@ -288,6 +290,9 @@ TEST_CASE("a recording of Open3D's recorders has its camera in a JSON file") {
     CHECK(contains(problem_with(""), "camera_intrinsic.json: is not a JSON object"));
     CHECK(contains(problem_with("[1, 2]"), "is not a JSON object"));
     CHECK(contains(problem_with(R"({"width": 640, "height": 480})"), "intrinsic_matrix is not"));
+    CHECK(contains(problem_with(R"({"width": 640, "height": 480,
+                                    "intrinsic_matrix": [615, 0, 0, 0, 616, 0, "321", 244, 1]})"),
+                   "intrinsic_matrix is not"));
     CHECK(contains(problem_with("{" + matrix + "}"), "width and height"));
     CHECK(contains(problem_with(R"({"width": "640", "height": 480, )" + matrix + "}"),
                    "width and height"));
