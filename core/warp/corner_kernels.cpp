@@ -8,6 +8,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 #include <numbers>
@@ -131,9 +132,17 @@ HWY_API V depths_near(D d, const CornerSearch &search, const Pixels<V> &at, M wa
         return hn::IfThenElseZero(there, hn::ConvertTo(di, hn::Add(inside, hn::Set(d, 0.5f))));
     };
     const auto x = nearest(at.u, right), y = nearest(at.v, bottom);
-    auto z =
-        gather(d, search.z.data(),
-               hn::Add(hn::Mul(y, hn::Set(di, static_cast<std::int32_t>(search.z.stride()))), x));
+    const auto at_row = [&](auto row) HWY_ATTR {
+        const auto stride = hn::Set(di, static_cast<std::int32_t>(search.z.stride()));
+        return hn::Add(hn::Mul(row, stride), x);
+    };
+    auto z = gather(d, search.z.data(), at_row(y));
+    HWY_ALIGN std::int32_t below[hn::MaxLanes(D())];
+    hn::Store(at_row(hn::Min(hn::Add(y, hn::Set(di, mapped_tile_px)),
+                             hn::Set(di, search.z.height() - 1))),
+              di, below);
+    for (const std::int32_t place : below)
+        hwy::Prefetch(search.z.data() + place);
     z = hn::IfThenElseZero(hn::RebindMask(d, there), z);
     if (hn::AllFalse(di, hn::And(there, hn::Eq(order(d, z), hn::Zero(di)))))
         return z;

@@ -10,6 +10,7 @@
 #include <cassert>
 #include <cmath>
 #include <cstring>
+#include <hwy/cache_control.h>
 #include <span>
 
 namespace afterglow {
@@ -118,9 +119,26 @@ void Warp::scatter_rows(const DepthSurface &surface, const SurfaceProjection &pr
 }
 
 void Warp::look_up_nodes(const DepthSurface &surface, int tile_row) {
+    const ImageView<const float> z = surface.z();
+    // The nodes of a tile that comes soon are fetched: in about this range of columns and rows.
+    constexpr int ahead = 4, columns = TileMapping::tile_px, rows = columns - mapped_block_px;
+    const auto last_u = static_cast<float>(z.width() - 1 - columns);
+    const auto last_v = static_cast<float>(z.height() - 1 - rows);
     for (int x = 0; x < grid_.columns(); ++x) {
+        if (const int next = x + ahead;
+            next < grid_.columns() && tiles_.content(next, tile_row) == TileContent::mapped) {
+            const MappedCorner &corner = tiles_.mapped(next, tile_row).corners[0];
+            const int u = static_cast<int>(std::max(0.0f, std::min(corner.u, last_u)));
+            const int v = static_cast<int>(std::max(0.0f, std::min(corner.v, last_v)) + 0.5f);
+            // Not in a function of its own: g++ leaves out those that do nothing else.
+            const float *row = z.row(v) + u;
+            for (int i = 0; i <= rows; i += mapped_block_px, row += mapped_block_px * z.stride()) {
+                hwy::Prefetch(row);
+                hwy::Prefetch(row + columns);
+            }
+        }
         if (tiles_.content(x, tile_row) == TileContent::mapped)
-            grid_.look_up(x, tile_row, tiles_.mapped(x, tile_row), surface.z(),
+            grid_.look_up(x, tile_row, tiles_.mapped(x, tile_row), z,
                           options_.least_edge_distance_px);
         else
             grid_.leave_out(x, tile_row);
@@ -131,6 +149,7 @@ void Warp::look_up_nodes(const DepthSurface &surface, int tile_row) {
 int Warp::draw_tiles(const Drawing &to, int tile_row) {
     constexpr int size = TileMapping::tile_px;
     const int first = tile_row * size, end = std::min(first + size, to_.height);
+    const ImageView<const float> z = to.surface.z();
     int drawn = 0;
     int in_grid = 0; // tiles that are empty where nothing is drawn
     if (tile_row < grid_.rows()) {
@@ -139,7 +158,7 @@ int Warp::draw_tiles(const Drawing &to, int tile_row) {
     }
     for (int x = 0; x < tiles_.columns(); ++x) {
         if (tiles_.content(x, tile_row) == TileContent::mapped)
-            drawn += grid_.draw_uneven(x, tile_row, tiles_.mapped(x, tile_row), to.surface.z(),
+            drawn += grid_.draw_uneven(x, tile_row, tiles_.mapped(x, tile_row), z,
                                        options_.least_edge_distance_px, to.depth, to.edge_distance);
         if (x < in_grid || tiles_.content(x, tile_row) != TileContent::nothing)
             continue;
