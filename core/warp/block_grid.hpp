@@ -30,7 +30,7 @@ public:
     /// Looks up the nodes of a tile of the surface `z` (DepthSurface::z(), at least 2 rows and
     /// columns). Points nearer to an edge than `least_edge_distance` are left out. Different tiles
     /// may be looked up at the same time.
-    void look_up(int x, int y, const MappedTile &tile, ImageView<const float> z,
+    void look_up(int x, int y, const MappedTile &tile, const ImageView<const float> &z,
                  int least_edge_distance);
     /// A tile that is not mapped has no nodes.
     void leave_out(int x, int y);
@@ -42,9 +42,9 @@ public:
                    ImageView<std::uint8_t> edge_distance);
     /// Then: draws the uneven blocks of a tile that was looked up. Returns how many pixels of the
     /// whole tile have depth.
-    int draw_uneven(int x, int y, const MappedTile &tile, ImageView<const float> z,
-                    int least_edge_distance, ImageView<std::uint16_t> millimetres,
-                    ImageView<std::uint8_t> edge_distance) const;
+    int draw_uneven(int x, int y, const MappedTile &tile, const ImageView<const float> &z,
+                    int least_edge_distance, const ImageView<std::uint16_t> &millimetres,
+                    const ImageView<std::uint8_t> &edge_distance) const;
 
 private:
     static constexpr int blocks_across = mapped_tile_px / mapped_block_px;

@@ -276,7 +276,7 @@ private:
     HWY_ALIGN float right_[most_nodes], down_[most_nodes], inverse_depth_[most_nodes];
 };
 
-void look_up(const MappedTile &tile, ImageView<const float> z, int least_edge_distance,
+void look_up(const MappedTile &tile, const ImageView<const float> &z, int least_edge_distance,
              const BlockNodes &to) {
     const bool beyond =
         to.millimetres.width() > blocks_across || to.millimetres.height() > blocks_across;
@@ -302,7 +302,7 @@ HWY_EXPORT(look_up);
 
 } // namespace
 
-void look_up_nodes(const MappedTile &tile, ImageView<const float> z, int least_edge_distance,
+void look_up_nodes(const MappedTile &tile, const ImageView<const float> &z, int least_edge_distance,
                    const BlockNodes &nodes) {
     HWY_DYNAMIC_DISPATCH(look_up)(tile, z, least_edge_distance, nodes);
 }

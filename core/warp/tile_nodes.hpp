@@ -26,7 +26,7 @@ constexpr int displacement_units = 32;
 /// pixel whose point is searched for shows nothing if the last one found is not seen there: what is
 /// behind it was hidden. Points nearer to an edge than `least_edge_distance` are left out.
 /// Real-time safe.
-void look_up_nodes(const MappedTile &tile, ImageView<const float> z, int least_edge_distance,
+void look_up_nodes(const MappedTile &tile, const ImageView<const float> &z, int least_edge_distance,
                    const BlockNodes &nodes);
 
 } // namespace afterglow

@@ -247,9 +247,9 @@ int draw_rows(const MappedTile &tile, ImageView<const float> z, int least_edge_d
     return hn::GetLane(hn::SumOfLanes(di, found));
 }
 
-int draw(const MappedTile &tile, ImageView<const float> z, int least_edge_distance,
-         ImageView<const std::uint8_t> even, ImageView<std::uint16_t> millimetres,
-         ImageView<std::uint8_t> edge_distance) {
+int draw(const MappedTile &tile, const ImageView<const float> &z, int least_edge_distance,
+         const ImageView<const std::uint8_t> &even, const ImageView<std::uint16_t> &millimetres,
+         const ImageView<std::uint8_t> &edge_distance) {
     const DrawnTile to = {millimetres, edge_distance};
     if (tile.searched)
         return draw_columns<true>(tile, z, least_edge_distance, even, to);
@@ -270,9 +270,10 @@ HWY_EXPORT(draw);
 
 } // namespace
 
-int draw_uneven_blocks(const MappedTile &tile, ImageView<const float> z, int least_edge_distance,
-                       ImageView<const std::uint8_t> even, ImageView<std::uint16_t> millimetres,
-                       ImageView<std::uint8_t> edge_distance) {
+int draw_uneven_blocks(const MappedTile &tile, const ImageView<const float> &z,
+                       int least_edge_distance, const ImageView<const std::uint8_t> &even,
+                       const ImageView<std::uint16_t> &millimetres,
+                       const ImageView<std::uint8_t> &edge_distance) {
     return HWY_DYNAMIC_DISPATCH(draw)(tile, z, least_edge_distance, even, millimetres,
                                       edge_distance);
 }

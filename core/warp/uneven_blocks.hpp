@@ -18,8 +18,9 @@ namespace afterglow {
 /// Writes readings, millimetres, and edge distances, pixels, both 0 = none; the images begin at the
 /// tile's first pixel, `even` at its first block. Returns how many of these pixels have depth.
 /// Real-time safe.
-int draw_uneven_blocks(const MappedTile &tile, ImageView<const float> z, int least_edge_distance,
-                       ImageView<const std::uint8_t> even, ImageView<std::uint16_t> millimetres,
-                       ImageView<std::uint8_t> edge_distance);
+int draw_uneven_blocks(const MappedTile &tile, const ImageView<const float> &z,
+                       int least_edge_distance, const ImageView<const std::uint8_t> &even,
+                       const ImageView<std::uint16_t> &millimetres,
+                       const ImageView<std::uint8_t> &edge_distance);
 
 } // namespace afterglow
