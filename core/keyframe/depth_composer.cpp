@@ -73,7 +73,9 @@ void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const P
     drawn_anew_ = !looks_as_drawn(first, next);
     if (!drawn_anew_)
         return;
-    displaced_ = drawn_kept_ = false;
+    displaced_ = all_kept_ = false;
+    for (Cell &cell : cells_.pixels())
+        cell.kept = cell.displaced = false;
     drawn_ = next;
     covered_ = left_empty_ = layer_count_ = 0;
     misplaced_ = 0;
@@ -106,8 +108,24 @@ void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const P
     }
 }
 
-DepthView DepthComposer::drawn() const {
-    return displaced_ ? drawn_depth_ : depth_;
+DepthView DepthComposer::drawn() {
+    if (!displaced_)
+        return depth_;
+    if (!std::exchange(all_kept_, true))
+        keep(0, depth_.width(), 0, depth_.height());
+    return drawn_depth_;
+}
+
+/// Keeps the cells of a rectangle as they were drawn, before they are displaced.
+void DepthComposer::keep(int left, int right, int top, int bottom) {
+    constexpr int size = MotionMask::cell_px;
+    for (int y = top / size; y * size < bottom; ++y)
+        for (int x = left / size; x * size < right; ++x) {
+            if (std::exchange(cells_(x, y).kept, true))
+                continue;
+            copy_pixels(cell_of(depth_.view(), x, y), cell_of(drawn_depth_.view(), x, y));
+            copy_pixels(cell_of(classes_.view(), x, y), cell_of(drawn_classes_.view(), x, y));
+        }
 }
 
 void DepthComposer::displace(const ResidualFlow &flow) {
@@ -117,11 +135,7 @@ void DepthComposer::displace(const ResidualFlow &flow) {
     if (!flow.any())
         return;
     displaced_ = true;
-    if (!std::exchange(drawn_kept_, true)) {
-        drawn_covered_ = covered_;
-        std::ranges::copy(depth_.pixels(), drawn_depth_.pixels().begin());
-        std::ranges::copy(classes_.pixels(), drawn_classes_.pixels().begin());
-    }
+    drawn_covered_ = covered_;
     const ImageView<const ResidualFlow::Shift> shifts = flow.shifts();
     for (int y = 0; y < shifts.height(); ++y) {
         const ResidualFlow::Shift *const row = shifts.row(y), *const row_end = row + shifts.width();
@@ -140,12 +154,16 @@ void DepthComposer::displace(const ResidualFlow &flow) {
 /// Gives the pixels of a rectangle what the map shows elsewhere.
 void DepthComposer::displace_run(int left, int right, int top, int bottom,
                                  const ResidualFlow::Shift &shift) {
+    keep(left, right, top, bottom);
     for (int x = left / MotionMask::cell_px; x <= (right - 1) / MotionMask::cell_px; ++x) {
         Cell &cell = cells_(x, top / MotionMask::cell_px);
         cell.displaced = cell.changed = true;
     }
     const int first = std::clamp(-shift.u, left, right);
     const int end = std::clamp(depth_.width() - shift.u, first, right);
+    if (first < end)
+        keep(first + shift.u, end + shift.u, std::max(top + shift.v, 0),
+             std::min(bottom + shift.v, depth_.height()));
     const auto count = [&](const std::uint16_t *row) {
         return static_cast<int>(
             std::count_if(row + left, row + right, [](std::uint16_t mm) { return mm != 0; }));

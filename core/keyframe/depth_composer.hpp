@@ -57,7 +57,7 @@ public:
     /// does not show: `flow` was found for that image and drawn().
     void displace(const ResidualFlow &flow);
     /// The composed map before displace(), until a measured map is laid over it.
-    DepthView drawn() const;
+    DepthView drawn();
     /// Empties the map.
     void clear();
     /// Lays a measured map over the composed one; pixels it lacks stay as they were composed.
@@ -106,6 +106,7 @@ private:
         ConfidenceSum independent; ///< the same, for independent_mre()
         bool judge = false;        ///< whether this has to be worked out
         bool unfinished = false;   ///< other rows have not been judged
+        bool kept = false;         ///< drawn_depth_ and so on have it
         bool displaced = false;    ///< some of its pixels are
         bool changed = false;      ///< its depths, though the map was not drawn anew
     };
@@ -116,6 +117,7 @@ private:
                                         const Pose &now, std::span<int, most_layers> picked) const;
     void fill_in();
     void displace_run(int left, int right, int top, int bottom, const ResidualFlow::Shift &shift);
+    void keep(int left, int right, int top, int bottom);
     void restore();
     void make_tables(const ErrorScales &scales);
     bool find_doubts(const Doubts &doubts, bool all_rows);
@@ -132,7 +134,7 @@ private:
     DepthMap depth_;
     Image<std::uint8_t> classes_;
     Image<std::uint8_t> confidence_;
-    DepthMap drawn_depth_; ///< the map as it was drawn, and so on, if something is displaced
+    DepthMap drawn_depth_; ///< the map as it was drawn, and so on: of cells that are kept
     Image<std::uint8_t> drawn_classes_;
     int drawn_covered_ = 0;
     DepthMap further_; ///< a further map, and its edge distances
@@ -149,8 +151,8 @@ private:
     ConfidenceTable table_{}, independent_table_{};
     float misplaced_ = 0; ///< MapError's, the most of the maps drawn
     bool drawn_anew_ = false;
-    bool displaced_ = false;  ///< some of the map's pixels are
-    bool drawn_kept_ = false; ///< drawn_depth_ and so on are of the last map drawn
+    bool displaced_ = false; ///< some of the map's pixels are
+    bool all_kept_ = false;  ///< all cells
 };
 
 } // namespace afterglow
