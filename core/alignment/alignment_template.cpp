@@ -4,7 +4,11 @@
 #include "core/alignment/template_kernels.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
+#include <hwy/cache_control.h>
+#include <span>
 
 namespace afterglow {
 namespace {
@@ -54,6 +58,12 @@ float half_difference(Grey a, Grey b) {
     return 0.5f * grey_step * static_cast<float>(a - b);
 }
 
+/// A number that is greater for a steeper point, and of points that are alike for the upper one.
+std::uint64_t in_order(float steepness, int row) {
+    const auto bits = static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(steepness));
+    return bits << 32 | static_cast<std::uint32_t>(~row);
+}
+
 /// The square cells that an image is parted into, as small as may be.
 struct Cells {
     Cells(int width, int height, int most) {
@@ -76,7 +86,7 @@ TemplatePoints::TemplatePoints(int capacity) {
 
 AlignmentTemplate::AlignmentTemplate(const Intrinsics &camera, const TemplateOptions &options)
     : options_(options), steepness_(static_cast<std::size_t>(camera.width)),
-      steepest_row_(steepness_.size()) {
+      steepest_row_(steepness_.size()), steepest_(steepness_.size()) {
     for (int l = 0; l <= options.coarsest_level; ++l) {
         cameras_.push_back(camera.at_level(l));
         const int w = cameras_.back().width, h = cameras_.back().height;
@@ -112,35 +122,45 @@ void AlignmentTemplate::find_level(int level, GreyView image, const DepthSurface
     // A central difference halves the noise variance; halving the image halves its deviation.
     const float weakest =
         2.0f * contrast * options_.pixel_noise / static_cast<float>(1 << std::min(level, 2));
+    const ImageView<const float> depths = surface.z();
+    const ImageView<const std::uint8_t> edges = surface.edge_distance();
+    const int half = (1 << level) / 2;
     points.count = 0;
     for (int v0 = 1; v0 < h - 1; v0 += cell) {
         find_steepest(image, v0, std::min(v0 + cell, h - 1), steepness_, steepest_row_);
+        std::size_t found = 0;
         for (int u0 = 1; u0 < w - 1; u0 += cell) {
-            float best = weakest * weakest;
-            int best_u = -1, best_v = -1;
+            // Without branches that depend on grey values: these cannot be predicted.
+            std::uint64_t most = in_order(weakest * weakest, 0);
+            int best_u = 0;
             for (int u = u0; u < std::min(u0 + cell, w - 1); ++u) {
                 const auto column = static_cast<std::size_t>(u);
-                const float steepness = steepness_[column];
-                if (steepness < best || (steepness == best && steepest_row_[column] >= best_v))
-                    continue;
-                best = steepness;
-                best_u = u;
-                best_v = steepest_row_[column];
+                const std::uint64_t here = in_order(steepness_[column], steepest_row_[column]);
+                best_u = here > most ? u : best_u;
+                most = std::max(most, here);
             }
-            if (best_u < 0)
+            if (best_u == 0)
                 continue;
-            const float z = level_depth(surface, level, best_u, best_v);
+            const int best_v = steepest_row_[static_cast<std::size_t>(best_u)];
+            const float *const z = depths.row(best_v << level) + (best_u << level);
+            const std::uint8_t *const edge = edges.row(best_v << level) + (best_u << level);
+            hwy::Prefetch(z);
+            hwy::Prefetch(z + half * depths.stride());
+            hwy::Prefetch(edge);
+            hwy::Prefetch(edge + half * edges.stride());
+            steepest_[found++] = {best_u, best_v};
+        }
+        for (const auto [u, v] : std::span(steepest_).first(found)) {
+            const float z = level_depth(surface, level, u, v);
             if (z == 0.0f)
                 continue;
             const auto i = static_cast<std::size_t>(points.count++);
-            found_.u[i] = static_cast<float>(best_u);
-            found_.v[i] = static_cast<float>(best_v);
-            found_.gradient_u[i] =
-                half_difference(image(best_u + 1, best_v), image(best_u - 1, best_v));
-            found_.gradient_v[i] =
-                half_difference(image(best_u, best_v + 1), image(best_u, best_v - 1));
+            found_.u[i] = static_cast<float>(u);
+            found_.v[i] = static_cast<float>(v);
+            found_.gradient_u[i] = half_difference(image(u + 1, v), image(u - 1, v));
+            found_.gradient_v[i] = half_difference(image(u, v + 1), image(u, v - 1));
             points.z[i] = z;
-            points.intensity[i] = grey_step * static_cast<float>(image(best_u, best_v));
+            points.intensity[i] = grey_step * static_cast<float>(image(u, v));
         }
     }
 }

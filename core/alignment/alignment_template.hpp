@@ -44,6 +44,9 @@ struct TemplatePoints {
 
     explicit TemplatePoints(int capacity);
 
+    /// Where the last block ends.
+    int blocks_end() const { return (count + block - 1) / block * block; }
+
     int count = 0;
     /// Factor of noise and thresholds in grey values, from 0.15 to 1. 1 on all levels but the
     /// finest; there in proportion to the points' gradients if those are weak, as in a dim image.
@@ -85,7 +88,11 @@ private:
     std::vector<TemplatePoints> levels_;
     std::vector<float> steepness_; ///< of each column of a row of cells, and where
     std::vector<int> steepest_row_;
-    FoundPoints found_; ///< on the level that is built
+    struct Pixel {
+        int u, v;
+    };
+    std::vector<Pixel> steepest_; ///< of each cell of that row
+    FoundPoints found_;           ///< on the level that is built
 };
 
 } // namespace afterglow

@@ -63,10 +63,9 @@ int parts_of(int points) {
     return (points + points_at_once - 1) / points_at_once;
 }
 /// The first of a part's points, and where its last block ends.
-std::pair<int, int> points_of(int part, int points) {
-    constexpr int block = TemplatePoints::block;
+std::pair<int, int> points_of(int part, const TemplatePoints &points) {
     const int first = part * points_at_once;
-    return {first, std::min(first + points_at_once, (points + block - 1) / block * block)};
+    return {first, std::min(first + points_at_once, points.blocks_end())};
 }
 
 } // namespace
@@ -149,6 +148,18 @@ void DirectAlignment::Part::clear() {
     histogram.fill(0);
 }
 
+/// Adds to the histogram. Neighbouring points are often of one bin, and an increment waits for one
+/// of the same number: so they are counted in different tables.
+void DirectAlignment::Part::count(std::span<const std::int32_t> bins) {
+    static_assert(TemplatePoints::block % 2 == 0);
+    Histogram second{};
+    for (std::size_t i = 0; i < bins.size(); i += 2) {
+        ++histogram[static_cast<std::size_t>(bins[i])];
+        ++second[static_cast<std::size_t>(bins[i + 1])];
+    }
+    std::ranges::transform(histogram, second, histogram.begin(), std::plus<>());
+}
+
 void DirectAlignment::Part::add(const Part &other) {
     products.add(other.products);
     std::ranges::transform(histogram, other.histogram, histogram.begin(), std::plus<>());
@@ -163,7 +174,7 @@ void DirectAlignment::look_up(const AlignmentTemplate &reference, const Pyramid 
                               const Placement &at) {
     const TemplatePoints &points = reference.points(level);
     pool_.run(parts_of(points.count), [&](int part) {
-        const auto [first, end] = points_of(part, points.count);
+        const auto [first, end] = points_of(part, points);
         find_greys(points, first, end, image.level(level), reference.camera(level), at, grey_);
     });
 }
@@ -174,7 +185,7 @@ void DirectAlignment::sum_up(const AlignmentTemplate &reference, int level, cons
     const TemplatePoints &points = reference.points(level);
     const int count = parts_of(points.count);
     pool_.run(count, [&](int part) {
-        const auto [first, end] = points_of(part, points.count);
+        const auto [first, end] = points_of(part, points);
         sum_up_part(points, first, end, at, robust_width * scale, wanted,
                     parts_[static_cast<std::size_t>(part)]);
     });
@@ -198,8 +209,7 @@ void DirectAlignment::sum_up_part(const TemplatePoints &points, int begin, int e
     part.clear();
     Residuals residuals;
     find_residuals(points, begin, end, grey_.data() + begin, at, cost_width, residuals);
-    for (const std::int32_t bin : std::span(residuals.bin).first(static_cast<std::size_t>(count)))
-        ++part.histogram[static_cast<std::size_t>(bin)];
+    part.count(std::span(residuals.bin).first(static_cast<std::size_t>(count)));
     if (wanted == Wanted::scale)
         return;
     std::array<const float *, unknowns + 1> columns{};

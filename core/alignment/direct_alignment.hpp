@@ -8,6 +8,8 @@
 #include "core/base/worker_pool.hpp"
 
 #include <array>
+#include <cstdint>
+#include <span>
 #include <vector>
 
 namespace afterglow {
@@ -94,9 +96,11 @@ private:
     struct Part {
         WeightedProducts
             products; ///< of the unknowns' derivatives, at a gain of 1, and of the error
-        std::array<int, Residuals::bins + 1> histogram;
+        using Histogram = std::array<int, Residuals::bins + 1>;
+        Histogram histogram;
 
         void clear();
+        void count(std::span<const std::int32_t> bins);
         void add(const Part &other);
     };
     struct Sums;

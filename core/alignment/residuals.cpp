@@ -112,10 +112,11 @@ HWY_INLINE void look_up(const TemplatePoints &points, int first, GreyView image,
     visit(at_u, at_v, depth, hn::IfThenElse(seen, hn::Max(grey, hn::Zero(d)), set(-1.0f)));
 }
 
-void points_of(const TemplatePoints &points, int first, GreyView image, const Eigen::Matrix3f &A,
-               const Eigen::Vector3f &b, const Placement &at, PointsSeen &seen) {
+void points_of(const TemplatePoints &points, int first, int end, GreyView image,
+               const Eigen::Matrix3f &A, const Eigen::Vector3f &b, const Placement &at,
+               PointsSeen &seen) {
     const Lanes d;
-    for (int i = 0; i < TemplatePoints::block; i += static_cast<int>(hn::Lanes(d)))
+    for (int i = 0; i < end - first; i += static_cast<int>(hn::Lanes(d)))
         look_up(points, first + i, image, A, b, at,
                 [&](auto u, auto v, auto depth, auto grey) HWY_ATTR {
                     hn::StoreU(u, d, seen.u.data() + i);
@@ -191,10 +192,11 @@ struct Projection {
 
 } // namespace
 
-void find_points(const TemplatePoints &points, int first, GreyView image, const Intrinsics &camera,
-                 const Placement &at, PointsSeen &seen) {
+void find_points(const TemplatePoints &points, int first, int end, GreyView image,
+                 const Intrinsics &camera, const Placement &at, PointsSeen &seen) {
+    assert(end - first <= Residuals::most_points);
     const Projection to(camera, at.pose);
-    HWY_DYNAMIC_DISPATCH(points_of)(points, first, image, to.A, to.b, at, seen);
+    HWY_DYNAMIC_DISPATCH(points_of)(points, first, end, image, to.A, to.b, at, seen);
 }
 
 void find_greys(const TemplatePoints &points, int first, int end, GreyView image,

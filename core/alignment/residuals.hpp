@@ -21,26 +21,6 @@ struct Placement {
     float offset = 0;
 };
 
-/// Some of a template's points in an image of theirs.
-struct PointsSeen {
-    using Column = std::array<float, TemplatePoints::block>;
-
-    Column u, v;  ///< place in the image, pixels; 0 if not seen
-    Column depth; ///< metres
-    /// Grey value there; -1 if the point is not in the picture, is behind the camera or is none.
-    Column grey;
-};
-
-/// Looks up the block of points that begins with number `first`. `image` and `camera` are those of
-/// the points' level. Real-time safe.
-void find_points(const TemplatePoints &points, int first, GreyView image, const Intrinsics &camera,
-                 const Placement &at, PointsSeen &seen);
-
-/// The grey values of a level's points first .. end - 1, whole blocks, as in PointsSeen. `grey`: of
-/// all points.
-void find_greys(const TemplatePoints &points, int first, int end, GreyView image,
-                const Intrinsics &camera, const Placement &at, std::span<float> grey);
-
 /// The residuals of some blocks of points: grey values seen less what the template promises. A
 /// point of which more than white is promised, and white is seen, counts as not seen: it tells
 /// nothing.
@@ -56,6 +36,26 @@ struct Residuals {
     /// |error| / s in units of `bin_width`, at most bins - 1; `bins` for points that are not seen.
     std::array<std::int32_t, most_points> bin;
 };
+
+/// Some of a template's points in an image of theirs.
+struct PointsSeen {
+    using Column = std::array<float, Residuals::most_points>;
+
+    Column u, v;  ///< place in the image, pixels; 0 if not seen
+    Column depth; ///< metres
+    /// Grey value there; -1 if the point is not in the picture, is behind the camera or is none.
+    Column grey;
+};
+
+/// Looks up a level's points first .. end - 1, whole blocks. `image` and `camera` are those of the
+/// level. Real-time safe.
+void find_points(const TemplatePoints &points, int first, int end, GreyView image,
+                 const Intrinsics &camera, const Placement &at, PointsSeen &seen);
+
+/// The grey values of a level's points first .. end - 1, whole blocks, as in PointsSeen. `grey`: of
+/// all points.
+void find_greys(const TemplatePoints &points, int first, int end, GreyView image,
+                const Intrinsics &camera, const Placement &at, std::span<float> grey);
 
 /// Of a level's points first .. end - 1, whole blocks; `grey`: their grey values, as from
 /// find_greys(). Gain and offset are those of `at`; `robust_width`: of Geman and McClure's cost, in

@@ -2,7 +2,9 @@
 #include "core/moving/motion_mask.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <hwy/cache_control.h>
 
 namespace afterglow {
 namespace {
@@ -52,9 +54,9 @@ MotionMask::MotionMask(const Views &views, int image_level)
       counts_(cells(views.published.width), cells(views.published.height)),
       moving_(counts_.width(), counts_.height()) {}
 
-Eigen::Vector2i MotionMask::published_pixel(float u, float v, float depth) const {
+Eigen::Vector2i MotionMask::published_pixel(int u, int v, float depth) const {
     if (same_)
-        return {static_cast<int>(u), static_cast<int>(v)};
+        return {u, v};
     const Eigen::Vector3d X =
         views_.published_from_tracking * views_.tracking.back_project(u, v, depth);
     if (!(X.z() > 0))
@@ -72,25 +74,33 @@ void MotionMask::find(const AlignmentTemplate &reference, const Pyramid &image,
     const TemplatePoints &points = reference.points(level);
     PointsSeen seen;
     Residuals residuals;
-    for (int first = 0; first < points.count; first += TemplatePoints::block) {
-        find_points(points, first, grey, reference.camera(level), alignment, seen);
-        find_residuals(points, first, first + TemplatePoints::block, seen.grey.data(), alignment,
-                       all_count, residuals);
-        for (std::size_t i = 0; i < TemplatePoints::block; ++i) {
-            if (residuals.bin[i] == Residuals::bins)
-                continue;
-            const auto whole = [&](float at) {
-                return static_cast<float>(static_cast<int>(at) << level);
-            };
+    // Of each point: where the composed map shows it, if it does, and the cell there.
+    std::array<const std::uint16_t *, Residuals::most_points> shown;
+    std::array<Count *, Residuals::most_points> cells;
+    for (int first = 0; first < points.count; first += Residuals::most_points) {
+        const int end = std::min(first + Residuals::most_points, points.blocks_end());
+        const auto count = static_cast<std::size_t>(end - first);
+        find_points(points, first, end, grey, reference.camera(level), alignment, seen);
+        for (std::size_t i = 0; i < count; ++i) {
+            const auto whole = [&](float at) { return static_cast<int>(at) << level; };
             const Eigen::Vector2i at =
                 published_pixel(whole(seen.u[i]), whole(seen.v[i]), seen.depth[i]);
-            const int u = at.x(), v = at.y();
-            if (!composed.contains(u, v))
+            shown[i] = nullptr;
+            if (!composed.contains(at.x(), at.y()))
                 continue;
-            const auto shown = static_cast<float>(composed(u, v));
-            if (shown > 0.0f && shown < hidden_share * 1000.0f * seen.depth[i])
+            shown[i] = &composed(at.x(), at.y());
+            hwy::Prefetch(shown[i]);
+            cells[i] = &counts_(static_cast<unsigned>(at.x()) / cell_px,
+                                static_cast<unsigned>(at.y()) / cell_px);
+        }
+        find_residuals(points, first, end, seen.grey.data(), alignment, all_count, residuals);
+        for (std::size_t i = 0; i < count; ++i) {
+            if (residuals.bin[i] == Residuals::bins || !shown[i])
                 continue;
-            Count &cell = counts_(u / cell_px, v / cell_px);
+            const auto depth = static_cast<float>(*shown[i]);
+            if (depth > 0.0f && depth < hidden_share * 1000.0f * seen.depth[i])
+                continue;
+            Count &cell = *cells[i];
             ++cell.points;
             const float error = residuals.error[i];
             cell.outliers += error * error * residuals.weight[i] > limit * limit;

@@ -50,7 +50,7 @@ private:
     };
 
     /// Where the published camera sees a point at pixel (u, v) of the tracking camera.
-    Eigen::Vector2i published_pixel(float u, float v, float depth) const;
+    Eigen::Vector2i published_pixel(int u, int v, float depth) const;
 
     Views views_;
     bool same_;               ///< both cameras are one

@@ -245,11 +245,11 @@ TEST_CASE("points of a template are found in an image as a reference computes it
     PointsSeen found;
     Residuals residuals;
     int seen = 0, unseen = 0, whites = 0;
-    for (int first = 0; first < points.count; first += TemplatePoints::block) {
-        find_points(points, first, grey, camera, at, found);
-        find_residuals(points, first, first + TemplatePoints::block, found.grey.data(), at,
-                       robust_width, residuals);
-        for (std::size_t i = 0; i < TemplatePoints::block; ++i) {
+    for (int first = 0; first < points.count; first += Residuals::most_points) {
+        const int end = std::min(first + Residuals::most_points, points.blocks_end());
+        find_points(points, first, end, grey, camera, at, found);
+        find_residuals(points, first, end, found.grey.data(), at, robust_width, residuals);
+        for (std::size_t i = 0; i < static_cast<std::size_t>(end - first); ++i) {
             const std::size_t k = static_cast<std::size_t>(first) + i;
             CAPTURE(k);
             const auto check_unseen = [&] {
