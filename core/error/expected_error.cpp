@@ -17,6 +17,11 @@ float upper_tail(float x) {
 /// Mean of |x| of a Gaussian of unit deviation.
 constexpr float mean_absolute = 0.7979f;
 
+/// The same bits as std::hypot() has, which is a call of a library.
+float hypotenuse(float a, float b) {
+    return static_cast<float>(std::sqrt(double{a} * a + double{b} * b));
+}
+
 /// Variance of g . (v + w x X) for a motion (v, w) of covariance C.
 double variance_along(const Eigen::Vector3d &g, const Eigen::Vector3d &X,
                       const Eigen::Matrix<double, 6, 6> &C) {
@@ -102,7 +107,7 @@ MapError map_error(const DepthSurface &surface, const Views &views, const Pose &
     e.slope = surface.slope();
     e.misplaced = difference_at(
         surface.z(), static_cast<int>(std::lround(calibration_shift * static_cast<float>(fx))));
-    const float spread = std::hypot(options.edge_registration_px, e.shift_px);
+    const float spread = hypotenuse(options.edge_registration_px, e.shift_px);
     const auto edge_error = [&](std::size_t distance, float deviation) {
         return surface.edge_jump() * upper_tail((static_cast<float>(distance) - 0.5f) / deviation);
     };
@@ -132,7 +137,7 @@ PixelError pixel_error(const MapError &map, const SensorNoise &noise, float shar
     const auto d = static_cast<std::size_t>(edge_distance & 7);
     const float fresh = mean_absolute * sensor + map.fresh_edge[d];
     const float whole =
-        mean_absolute * (std::hypot(sensor, map.pose_relative) + map.slope * map.shift_px) +
+        mean_absolute * (hypotenuse(sensor, map.pose_relative) + map.slope * map.shift_px) +
         map.edge[d];
     return {.fresh = fresh, .carried2 = std::max(whole * whole - fresh * fresh, 0.0f)};
 }

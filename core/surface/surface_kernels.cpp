@@ -141,7 +141,7 @@ void grow(const std::uint8_t *HWY_RESTRICT next, int count, std::uint8_t *HWY_RE
 
 void cracks_of_row(const std::uint8_t *HWY_RESTRICT inside, std::ptrdiff_t stride, int count,
                    std::uint8_t *HWY_RESTRICT cracks) {
-    const hn::CappedTag<std::uint8_t, 16> d;
+    const hn::CappedTag<std::uint8_t, 32> d;
     for_overlapping_lanes(d, count, [&](auto d8, int i) HWY_ATTR {
         const std::uint8_t *const at = inside + i;
         // Between two pixels inside a surface in a direction, one of them the next.
