@@ -4,7 +4,11 @@
 #include "tests/catch.hpp"
 #include "tests/film.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
+#include <utility>
 
 using namespace afterglow;
 using namespace afterglow::testing;
@@ -217,5 +221,73 @@ TEST_CASE("a composed map is kept while the camera rests and drawn anew when it 
         newest.t_ns = 1;
         drawn.compose(drawn.shifted(3.5));
         CHECK(drawn.composer.drawn_anew());
+    }
+}
+
+TEST_CASE("a composed map shows what moves where it is seen, and can be had as it was drawn",
+          "[core]") {
+    Drawn drawn;
+    const Intrinsics &camera = drawn.film.camera;
+    const Views views(camera);
+    constexpr int most_level = 3;
+    ResidualFlow flow(views, most_level);
+    const Luma &then = drawn.film.images[0];
+    Image<std::uint8_t> moving(MotionMask::cells(camera.width), MotionMask::cells(camera.height));
+    const auto move = [&](int right, int down) { // all of the picture, and out of it
+        Luma now = then;
+        for (int v = 0; v < then.height(); ++v)
+            for (int u = 0; u < then.width(); ++u)
+                now(u, v) = then(std::clamp(u - right, 0, then.width() - 1),
+                                 std::clamp(v - down, 0, then.height() - 1));
+        Pyramid reference(camera.width, camera.height, most_level);
+        reference.build(then);
+        Pyramid image(camera.width, camera.height, most_level);
+        image.build(now);
+        flow.find({reference.level(flow.level()), 1}, image, {}, drawn.composer.drawn(), moving);
+    };
+    const auto displaced = [&](const DepthMap &map) {
+        DepthMap expected = map;
+        for (int v = 0; v < flow.shifts().height() << flow.level(); ++v)
+            for (int u = 0; u < flow.shifts().width() << flow.level(); ++u) {
+                const ResidualFlow::Shift shift =
+                    flow.shifts()(u >> flow.level(), v >> flow.level());
+                const bool shown = map.view().contains(u + shift.u, v + shift.v);
+                expected(u, v) = shown ? map(u + shift.u, v + shift.v) : std::uint16_t{0};
+            }
+        return expected;
+    };
+    const auto check = [&](const DepthMap &map) {
+        drawn.composer.displace(flow);
+        CHECK(drawn.composer.depth() == displaced(map));
+        const auto depths = drawn.composer.depth().pixels();
+        CHECK(drawn.composer.covered() ==
+              std::ranges::count_if(depths, [](std::uint16_t depth) { return depth != 0; }));
+    };
+    constexpr std::array<std::pair<int, int>, 4> moves = {{{6, 4}, {-7, -5}, {8, 0}, {0, -8}}};
+    for (std::size_t first = 0; first < moves.size(); ++first) {
+        CAPTURE(first);
+        const Pose camera_now = drawn.shifted(first % 2 == 0 ? 9 : 20);
+        drawn.compose(camera_now);
+        REQUIRE(drawn.composer.drawn_anew());
+        const DepthMap map = drawn.composer.depth();
+        std::ranges::fill(moving.pixels(), std::uint8_t{0});
+        moving(3, 2) = 1; // some cells, then all, while the map stays
+        for (std::size_t k = 0; k < moves.size(); ++k) {
+            const auto [right, down] = moves[(first + k) % moves.size()];
+            CAPTURE(right, down);
+            move(right, down);
+            REQUIRE(flow.any());
+            check(map);
+            CHECK(drawn.composer.depth() != map);
+            drawn.compose(camera_now);
+            REQUIRE_FALSE(drawn.composer.drawn_anew());
+            const DepthView kept = drawn.composer.drawn();
+            CHECK(std::ranges::equal(map.pixels(), std::span(kept.data(), map.pixels().size())));
+            std::ranges::fill(moving.pixels(), std::uint8_t{1});
+        }
+        move(0, 0);
+        REQUIRE_FALSE(flow.any());
+        check(map);
+        CHECK(drawn.composer.depth() == map);
     }
 }
