@@ -130,7 +130,8 @@ void AlignmentTemplate::find_level(int level, GreyView image, const DepthSurface
         find_steepest(image, v0, std::min(v0 + cell, h - 1), steepness_, steepest_row_);
         std::size_t found = 0;
         for (int u0 = 1; u0 < w - 1; u0 += cell) {
-            // Without branches that depend on grey values: these cannot be predicted.
+            // No branch depends on grey values: it could not be predicted. A point as steep as the
+            // weakest is none: no row of an image's inside is 0.
             std::uint64_t most = in_order(weakest * weakest, 0);
             int best_u = 0;
             for (int u = u0; u < std::min(u0 + cell, w - 1); ++u) {

@@ -17,7 +17,7 @@ float upper_tail(float x) {
 /// Mean of |x| of a Gaussian of unit deviation.
 constexpr float mean_absolute = 0.7979f;
 
-/// The same bits as std::hypot() has, which is a call of a library.
+/// As std::hypot(), to the bit in glibc, without a call.
 float hypotenuse(float a, float b) {
     return static_cast<float>(std::sqrt(double{a} * a + double{b} * b));
 }

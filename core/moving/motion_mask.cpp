@@ -90,8 +90,7 @@ void MotionMask::find(const AlignmentTemplate &reference, const Pyramid &image,
                 continue;
             shown[i] = &composed(at.x(), at.y());
             hwy::Prefetch(shown[i]);
-            cells[i] = &counts_(static_cast<unsigned>(at.x()) / cell_px,
-                                static_cast<unsigned>(at.y()) / cell_px);
+            cells[i] = &counts_(at.x() / cell_px, at.y() / cell_px);
         }
         find_residuals(points, first, end, seen.grey.data(), alignment, all_count, residuals);
         for (std::size_t i = 0; i < count; ++i) {
