@@ -112,13 +112,36 @@ void AlignmentTemplate::build(const Pyramid &image, const DepthSurface &surface)
     }
 }
 
+/// Of each cell in a row of cells the pixel with the steepest gradient, if it is steeper than
+/// `weakest`; of several the upper one, and then the left one. `first_row`: the cells', at least 1.
+std::span<const AlignmentTemplate::Pixel>
+AlignmentTemplate::steepest_of_cells(GreyView image, int first_row, int cell, float weakest) {
+    const int w = image.width();
+    find_steepest(image, first_row, std::min(first_row + cell, image.height() - 1), steepness_,
+                  steepest_row_);
+    std::size_t found = 0;
+    for (int u0 = 1; u0 < w - 1; u0 += cell) {
+        // No branch depends on grey values: it could not be predicted.
+        std::uint64_t most = in_order(weakest * weakest, 0); // above all that are as steep
+        int best_u = 0;
+        for (int u = u0; u < std::min(u0 + cell, w - 1); ++u) {
+            const auto column = static_cast<std::size_t>(u);
+            const std::uint64_t here = in_order(steepness_[column], steepest_row_[column]);
+            best_u = here > most ? u : best_u;
+            most = std::max(most, here);
+        }
+        if (best_u > 0)
+            steepest_[found++] = {best_u, steepest_row_[static_cast<std::size_t>(best_u)]};
+    }
+    return std::span(steepest_).first(found);
+}
+
 // The pixel with the steepest gradient in each cell becomes a point, unless the gradient is noise.
 // `contrast`: multiplies the noise; the level's own is known only when its points are found.
 void AlignmentTemplate::find_level(int level, GreyView image, const DepthSurface &surface,
                                    float contrast) {
-    const int w = image.width(), h = image.height();
     TemplatePoints &points = levels_[level];
-    const int cell = Cells(w, h, options_.points_per_level).size;
+    const int cell = Cells(image.width(), image.height(), options_.points_per_level).size;
     // A central difference halves the noise variance; halving the image halves its deviation.
     const float weakest =
         2.0f * contrast * options_.pixel_noise / static_cast<float>(1 << std::min(level, 2));
@@ -126,32 +149,17 @@ void AlignmentTemplate::find_level(int level, GreyView image, const DepthSurface
     const ImageView<const std::uint8_t> edges = surface.edge_distance();
     const int half = (1 << level) / 2;
     points.count = 0;
-    for (int v0 = 1; v0 < h - 1; v0 += cell) {
-        find_steepest(image, v0, std::min(v0 + cell, h - 1), steepness_, steepest_row_);
-        std::size_t found = 0;
-        for (int u0 = 1; u0 < w - 1; u0 += cell) {
-            // No branch depends on grey values: it could not be predicted. A point as steep as the
-            // weakest is none: no row of an image's inside is 0.
-            std::uint64_t most = in_order(weakest * weakest, 0);
-            int best_u = 0;
-            for (int u = u0; u < std::min(u0 + cell, w - 1); ++u) {
-                const auto column = static_cast<std::size_t>(u);
-                const std::uint64_t here = in_order(steepness_[column], steepest_row_[column]);
-                best_u = here > most ? u : best_u;
-                most = std::max(most, here);
-            }
-            if (best_u == 0)
-                continue;
-            const int best_v = steepest_row_[static_cast<std::size_t>(best_u)];
-            const float *const z = depths.row(best_v << level) + (best_u << level);
-            const std::uint8_t *const edge = edges.row(best_v << level) + (best_u << level);
+    for (int v0 = 1; v0 < image.height() - 1; v0 += cell) {
+        const std::span<const Pixel> steepest = steepest_of_cells(image, v0, cell, weakest);
+        for (const auto [u, v] : steepest) { // what level_depth() will read
+            const float *const z = depths.row(v << level) + (u << level);
+            const std::uint8_t *const edge = edges.row(v << level) + (u << level);
             hwy::Prefetch(z);
             hwy::Prefetch(z + half * depths.stride());
             hwy::Prefetch(edge);
             hwy::Prefetch(edge + half * edges.stride());
-            steepest_[found++] = {best_u, best_v};
         }
-        for (const auto [u, v] : std::span(steepest_).first(found)) {
+        for (const auto [u, v] : steepest) {
             const float z = level_depth(surface, level, u, v);
             if (z == 0.0f)
                 continue;

@@ -8,6 +8,7 @@
 
 #include <Eigen/Core>
 
+#include <span>
 #include <vector>
 
 namespace afterglow {
@@ -81,6 +82,11 @@ public:
     const TemplateOptions &options() const { return options_; }
 
 private:
+    struct Pixel {
+        int u, v;
+    };
+    std::span<const Pixel> steepest_of_cells(GreyView image, int first_row, int cell,
+                                             float weakest);
     void find_level(int level, GreyView image, const DepthSurface &surface, float contrast);
 
     TemplateOptions options_;
@@ -88,9 +94,6 @@ private:
     std::vector<TemplatePoints> levels_;
     std::vector<float> steepness_; ///< of each column of a row of cells, and where
     std::vector<int> steepest_row_;
-    struct Pixel {
-        int u, v;
-    };
     std::vector<Pixel> steepest_; ///< of each cell of that row
     FoundPoints found_;           ///< on the level that is built
 };
