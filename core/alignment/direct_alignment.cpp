@@ -148,8 +148,8 @@ void DirectAlignment::Part::clear() {
     histogram.fill(0);
 }
 
-/// Adds to the histogram. Neighbouring points are often of one bin, and an increment waits for one
-/// of the same number: so they are counted in different tables.
+/// Adds to the histogram. Neighbouring points are often in one bin, and an increment waits until
+/// the one before of the same bin is stored: so every second point is counted in a second table.
 void DirectAlignment::Part::count(std::span<const std::int32_t> bins) {
     static_assert(TemplatePoints::block % 2 == 0);
     Histogram second{};

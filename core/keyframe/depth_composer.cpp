@@ -116,7 +116,8 @@ DepthView DepthComposer::drawn() {
     return drawn_depth_;
 }
 
-/// Keeps the cells of a rectangle as they were drawn, before they are displaced.
+/// Copies the cells that touch a rectangle of the map's pixels to drawn_depth_ and so on, before
+/// one of them is displaced.
 void DepthComposer::keep(int left, int right, int top, int bottom) {
     constexpr int size = MotionMask::cell_px;
     for (int y = top / size; y * size < bottom; ++y)

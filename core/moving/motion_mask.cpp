@@ -74,7 +74,7 @@ void MotionMask::find(const AlignmentTemplate &reference, const Pyramid &image,
     const TemplatePoints &points = reference.points(level);
     PointsSeen seen;
     Residuals residuals;
-    // Of each point: where the composed map shows it, if it does, and the cell there.
+    // Of each point: its pixel of the composed map, null if it is outside, and that pixel's cell.
     std::array<const std::uint16_t *, Residuals::most_points> shown;
     std::array<Count *, Residuals::most_points> cells;
     for (int first = 0; first < points.count; first += Residuals::most_points) {

@@ -149,7 +149,7 @@ namespace {
 
 HWY_EXPORT(draw_even_blocks);
 
-/// Of four columns and at most 63 rows, all four of a row at once.
+/// How many values are 0, of four columns and at most 63 rows: looks at all four of a row at once.
 int count_zeros(ImageView<const std::uint8_t> values) {
     constexpr std::uint32_t ones = 0x01010101;
     assert(values.width() == sizeof ones);

@@ -137,7 +137,8 @@ HWY_API V depths_near(D d, const CornerSearch &search, const Pixels<V> &at, M wa
         return hn::Add(hn::Mul(row, stride), x);
     };
     auto z = gather(d, search.z.data(), at_row(y));
-    // The corners of the next row will begin about here.
+    // Fetches what the corners one row of tiles below will read first: it is about a tile's height
+    // below these points.
     HWY_ALIGN std::int32_t below[hn::MaxLanes(D())];
     hn::Store(at_row(hn::Min(hn::Add(y, hn::Set(di, mapped_tile_px)),
                              hn::Set(di, search.z.height() - 1))),

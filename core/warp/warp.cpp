@@ -120,7 +120,8 @@ void Warp::scatter_rows(const DepthSurface &surface, const SurfaceProjection &pr
 
 void Warp::look_up_nodes(const DepthSurface &surface, int tile_row) {
     const ImageView<const float> z = surface.z();
-    // The nodes of a tile that comes soon are fetched: in about this range of columns and rows.
+    // What the nodes of the tile that is `ahead` tiles to the right will read is fetched into the
+    // cache: about so many columns and rows of the surface.
     constexpr int ahead = 4, columns = TileMapping::tile_px, rows = columns - mapped_block_px;
     const auto last_u = static_cast<float>(z.width() - 1 - columns);
     const auto last_v = static_cast<float>(z.height() - 1 - rows);

@@ -224,8 +224,9 @@ TEST_CASE("a composed map is kept while the camera rests and drawn anew when it 
     }
 }
 
-TEST_CASE("a composed map shows what moves where it is seen, and can be had as it was drawn",
-          "[core]") {
+TEST_CASE(
+    "displacing parts of a composed map moves their depths and leaves the drawn map as it was",
+    "[core]") {
     Drawn drawn;
     const Intrinsics &camera = drawn.film.camera;
     const Views views(camera);

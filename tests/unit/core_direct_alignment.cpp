@@ -245,8 +245,11 @@ TEST_CASE("points of a template are found in an image as a reference computes it
     PointsSeen found;
     Residuals residuals;
     int seen = 0, unseen = 0, whites = 0;
-    for (int first = 0; first < points.count; first += Residuals::most_points) {
-        const int end = std::min(first + Residuals::most_points, points.blocks_end());
+    constexpr int at_once = 2 * TemplatePoints::block;
+    static_assert(at_once < Residuals::most_points);
+    REQUIRE(points.count > at_once);
+    for (int first = 0; first < points.count; first += at_once) {
+        const int end = std::min(first + at_once, points.blocks_end());
         find_points(points, first, end, grey, camera, at, found);
         find_residuals(points, first, end, found.grey.data(), at, robust_width, residuals);
         for (std::size_t i = 0; i < static_cast<std::size_t>(end - first); ++i) {
