@@ -277,6 +277,10 @@ void Daemon::empty_outbox() {
 }
 
 void Daemon::show_state() {
+    if (thread_->failed()) { // nothing is over: run() says what happened
+        ::sd_event_exit(event_.get(), EXIT_FAILURE);
+        return;
+    }
     service_.cameras_changed(thread_->outbox().cameras());
     const DaemonState state = thread_->outbox().state();
     if (ready_ && state != shown_) {
@@ -303,7 +307,8 @@ void Daemon::feed_watchdog() {
 
 } // namespace
 
-Status serve(const Config &config, const ConfigurationFiles &files) {
+Status serve(const Config &config, const ConfigurationFiles &files,
+             const std::function<Result<Rig>(const Config &)> &open) {
     sigset_t signals;
     ::sigemptyset(&signals);
     ::sigaddset(&signals, reload_signal);
@@ -311,7 +316,7 @@ Status serve(const Config &config, const ConfigurationFiles &files) {
         ::sigaddset(&signals, signal);
     ::sigprocmask(SIG_BLOCK, &signals, nullptr);
 
-    Result<Rig> rig = open_rig(config);
+    Result<Rig> rig = open(config);
     if (!rig)
         return rig.error();
     if (!rig->warning.empty())
