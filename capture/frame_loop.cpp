@@ -214,8 +214,7 @@ bool FrameLoop::set_light(bool lit, FrameResult &result) {
         pairing_.relit();
     } else if (!done) {
         light_problem_ = done.error().message;
-        result.tof = Capture::lost;
-        result.problem = light_problem_;
+        result.light_problem = light_problem_;
     }
     return static_cast<bool>(done);
 }

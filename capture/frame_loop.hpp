@@ -25,7 +25,7 @@ struct FrameResult {
     bool awaited = false;            ///< it was to be on, so that a measurement could come
     GateReason reason = GateReason::none; ///< why the gate wants it on
     bool budget_spent = false;            ///< it wants it on, and the budget does not allow it
-    Capture tof = Capture::none;          ///< of the TOF source and its light
+    Capture tof = Capture::none;          ///< of the TOF source
     /// Where `tof` is a frame: when the map was taken, on the images' clock, and its number.
     std::int64_t tof_t_ns = 0;
     std::uint64_t tof_sequence = 0;
@@ -33,6 +33,8 @@ struct FrameResult {
     std::optional<std::chrono::nanoseconds> wake_latency;
     std::chrono::nanoseconds estimation_time{}; ///< spent in the pipeline
     std::string_view problem; ///< the sentence behind a `damaged` or `lost`; else empty
+    /// Why the light does not obey, which is as bad as a lost TOF camera; empty: it does.
+    std::string_view light_problem;
 };
 
 /// The way of a frame: image, estimate, gate, light, measurement. The same code runs in the
@@ -82,7 +84,7 @@ private:
     int images_until(std::int64_t t_ns) const;
     /// Lights the TOF camera and takes the measurement for the current image, if there is one.
     void measure(FrameResult &result);
-    /// An illuminator that does not obey is a lost TOF camera: false, and `result` says so.
+    /// False when the illuminator does not obey; `result` says why.
     bool set_light(bool lit, FrameResult &result);
 
     Rig &rig_;

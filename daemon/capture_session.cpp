@@ -242,6 +242,8 @@ void CaptureSession::watch_tof(const FrameResult &result, Time now) {
         lose_tof(result.problem, now);
         break;
     }
+    if (!result.light_problem.empty() && tof_running_)
+        lose_tof(result.light_problem, now);
 }
 
 std::chrono::nanoseconds CaptureSession::lose_color(std::string_view why, Time now) {

@@ -348,14 +348,27 @@ TEST_CASE("when one of the two cameras does not start, neither runs") {
     CHECK_FALSE(cameras.color_running);
 }
 
-TEST_CASE("a light that cannot be switched counts as a lost TOF camera") {
+TEST_CASE("a light that cannot be switched on is a problem of its own") {
     Fixture fixture;
     fixture.cameras.light_obeys = Error{"the light is stuck", 0};
     const FrameResult result = fixture.step();
     CHECK(result.capture == Capture::frame);
     CHECK_FALSE(result.lit);
-    CHECK(result.tof == Capture::lost);
-    CHECK(result.problem == "the light is stuck");
+    CHECK(result.tof == Capture::none);
+    CHECK(result.light_problem == "the light is stuck");
+}
+
+TEST_CASE("a light that stays on hides nothing of what the colour camera says") {
+    Fixture fixture;
+    fixture.cameras.read_tof = [](DepthFrame &) { return Capture::none; };
+    fixture.step();
+    REQUIRE(fixture.cameras.lit);
+    fixture.cameras.light_obeys = Error{"the light is stuck", 0};
+    fixture.cameras.problem = "unplugged";
+    fixture.cameras.read_color = [](ColorFrame &) { return Capture::lost; };
+    const FrameResult result = fixture.step();
+    CHECK(result.problem == "unplugged");
+    CHECK(result.light_problem == "the light is stuck");
 }
 
 TEST_CASE("the light is switched off when the colour camera is lost") {

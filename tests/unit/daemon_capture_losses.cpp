@@ -138,6 +138,27 @@ TEST_CASE("the capture session publishes images while the TOF camera is lost") {
     CHECK(fixture.last_event()->frame.source == AFTERGLOW_MEASURED);
 }
 
+TEST_CASE("a frame that was measured says so, though the light then failed to go dark") {
+    CaptureFixture fixture;
+    fixture.cameras.read_tof = [&](DepthFrame &frame) {
+        fixture.cameras.give_depth(frame);
+        fixture.cameras.light_obeys = Error{"the light is stuck", 0};
+        return Capture::frame;
+    };
+    CHECK(fixture.turn() == 0ns);
+    CHECK(fixture.state() == DaemonState::tof_lost);
+    const auto event = fixture.last_event();
+    REQUIRE(event);
+    CHECK(event->frame.source == AFTERGLOW_MEASURED);
+    CHECK(event->frame.measurement == 0);
+    CHECK(event->frame.measurement_t_ns == event->frame.t_ns);
+    CHECK(event->pairing_error_ns == 0);
+    Note note;
+    REQUIRE(fixture.outbox.next_note(note));
+    CHECK(note.sentence() == "the light is stuck");
+    CHECK(note.lost == Camera::tof);
+}
+
 TEST_CASE("the capture session publishes images when the TOF camera does not start") {
     CaptureFixture fixture;
     fixture.cameras.tof_starts = Error{"no TOF camera", 0};
