@@ -67,7 +67,6 @@ Result<std::unique_ptr<RingWriter>> RingWriter::create(const Intrinsics &depth,
     writer->pair_ = first->get();
     writer->pair_->depth.begin_at(0);
     writer->pair_->images.begin_at(0);
-    writer->offered_ = writer->pair_;
     writer->in_use_ = writer->pair_;
     writer->pairs_.push_back(std::move(*first));
     return writer;
@@ -98,6 +97,15 @@ Result<std::unique_ptr<RingWriter::Pair>> RingWriter::make_pair(std::uint64_t re
     return std::unique_ptr<Pair>(new Pair{std::move(*depth), std::move(*images), renewal});
 }
 
+void RingWriter::Pair::retire() {
+    // One that never came into use does not say so yet.
+    depth.set_state(AFTERGLOW_WRITER_REPLACED);
+    images.set_state(AFTERGLOW_WRITER_REPLACED);
+    depth.unmap();
+    images.unmap();
+    retired = true;
+}
+
 void RingWriter::switch_to(Pair &pair) {
     Pair &old = *std::exchange(pair_, &pair);
     const std::uint64_t index = head_.load(std::memory_order_relaxed);
@@ -119,7 +127,7 @@ ImageView<const std::uint8_t> RingWriter::unknown_confidences(DepthView depth) {
 
 afterglow_frame RingWriter::publish(const Estimate &estimate, LumaView luma,
                                     afterglow_frame frame) {
-    if (Pair *offered = offered_.load(std::memory_order_acquire); offered != pair_)
+    if (Pair *offered = offered_.exchange(nullptr, std::memory_order_acq_rel); offered != nullptr)
         switch_to(*offered);
     RingMemory &depth = pair_->depth;
     RingMemory &images = pair_->images;
@@ -182,9 +190,10 @@ Status RingWriter::renew(bool forced) {
     {
         const std::lock_guard lock(mutex_);
         collect_locked();
-        if (pairs_.size() > most_pairs_held && !forced)
-            return Error{fmt::format("readers keep {} replaced frame rings", pairs_.size() - 1),
-                         EBUSY};
+        const auto held =
+            std::ranges::count_if(pairs_, [](const auto &pair) { return pair->retired; });
+        if (held >= most_pairs_held && !forced)
+            return Error{fmt::format("readers keep {} replaced frame rings", held), EBUSY};
     }
     // Takes milliseconds: nobody is to wait for it.
     Result<std::unique_ptr<Pair>> pair = make_pair(renewals() + 1);
@@ -192,7 +201,8 @@ Status RingWriter::renew(bool forced) {
         return pair.error();
     const std::lock_guard lock(mutex_);
     pairs_.push_back(std::move(*pair));
-    offered_.store(pairs_.back().get(), std::memory_order_release);
+    if (Pair *skipped = offered_.exchange(pairs_.back().get(), std::memory_order_acq_rel))
+        skipped->retire(); // nothing was published since it was offered
     renewals_.store(pairs_.back()->renewal, std::memory_order_release);
     return ok();
 }
@@ -205,17 +215,9 @@ void RingWriter::collect() {
 void RingWriter::collect_locked() {
     const Pair &in_use = *in_use_.load(std::memory_order_acquire);
     std::erase_if(pairs_, [&](const std::unique_ptr<Pair> &pair) {
-        if (pair->renewal >= in_use.renewal)
-            return false;
-        if (!pair->retired) {
-            // One that never came into use does not say so yet.
-            pair->depth.set_state(AFTERGLOW_WRITER_REPLACED);
-            pair->images.set_state(AFTERGLOW_WRITER_REPLACED);
-            pair->depth.unmap();
-            pair->images.unmap();
-            pair->retired = true;
-        }
-        return !pair->depth.held_by_others() && !pair->images.held_by_others();
+        if (pair->renewal < in_use.renewal && !pair->retired)
+            pair->retire();
+        return pair->retired && !pair->depth.held_by_others() && !pair->images.held_by_others();
     });
 }
 

@@ -32,7 +32,7 @@ public:
     /// The longest side of a frame, pixels.
     static constexpr int max_side = 16384;
     /// Pairs replaced by renew() that readers may keep before it refuses another one.
-    static constexpr std::size_t most_pairs_held = 4;
+    static constexpr int most_pairs_held = 4;
 
     /// Makes a ring for depth of the camera `depth`'s size and images of the camera `images`' size,
     /// of 2 to 1024 slots. Fails when a camera is not one, or when memory or seals are refused.
@@ -96,6 +96,8 @@ private:
         RingMemory images;
         const std::uint64_t renewal;
         bool retired = false; ///< the estimator thread never touches it again; unmapped
+
+        void retire();
     };
     RingWriter(const Intrinsics &depth, const Intrinsics &images, int slots,
                std::uint64_t generation);
@@ -119,7 +121,7 @@ private:
     std::atomic<bool> confidence_wanted_ = false;
     std::atomic<std::chrono::milliseconds> wanted_interval_ = std::chrono::milliseconds(0);
     std::atomic<std::uint64_t> renewals_ = 0;
-    std::atomic<Pair *> offered_ = nullptr; ///< the newest pair, for the estimator thread to begin
+    std::atomic<Pair *> offered_ = nullptr; ///< for the estimator thread, which takes it and begins
     std::atomic<Pair *> in_use_ = nullptr;  ///< what it has begun: it is done with those before
 
     mutable std::mutex mutex_;                 ///< never taken by the estimator thread
