@@ -232,16 +232,17 @@ Status StreamNotifier::renew_if_due() {
 Status StreamNotifier::renew(bool forced) {
     {
         const std::lock_guard lock(mutex_);
-        renewal_wanted_ = true; // until it has been done
+        renewal_wanted_ = false; // a stream that ends from here on wants another
         last_renewal_ = Clock::now();
     }
-    if (Status renewed = ring_.renew(forced); !renewed)
-        return renewed;
+    Status renewed = ring_.renew(forced);
     const std::lock_guard lock(mutex_);
-    renewal_wanted_ = false;
-    memory_pending_ = true;
+    if (renewed)
+        memory_pending_ = true;
+    else
+        renewal_wanted_ = true;
     wake_thread();
-    return ok();
+    return renewed;
 }
 
 bool StreamNotifier::renewal_due() const {

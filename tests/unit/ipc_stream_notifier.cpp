@@ -14,6 +14,7 @@
 #include <malloc.h>
 #include <optional>
 #include <poll.h>
+#include <thread>
 #include <vector>
 
 using namespace afterglow;
@@ -247,6 +248,22 @@ TEST_CASE("a client that flaps causes one renewal a second at most", "[ipc]") {
     const auto took = std::chrono::steady_clock::now() - start;
     CHECK(ring.writer().renewals() <=
           2 + static_cast<std::uint64_t>(took / StreamNotifier::renewal_pause));
+}
+
+TEST_CASE("who leaves while the memory is being renewed causes another renewal", "[ipc]") {
+    TestRing ring(2000, 1500); // large, so that making a memory takes a while
+    const UniqueFd kept = open_socket(ring, 1);
+    const UniqueFd revoked = open_socket(ring, 2);
+    UniqueFd leaving = open_socket(ring, 3);
+    std::thread leaver([&] {
+        while (ring.streams().count() == 3)
+            std::this_thread::yield();
+        leaving = UniqueFd(); // the revoked stream is gone, and the renewal has begun
+    });
+    ring.streams().close_if([](const StreamClaim &claim) { return claim.user == 2; }, EACCES);
+    leaver.join();
+    REQUIRE(are_left(ring, 1));
+    CHECK(wait_until([&] { return ring.streams().update() && ring.writer().renewals() == 2; }));
 }
 
 TEST_CASE("a stream that does not take its new memory holds one pair back, not more", "[ipc]") {
