@@ -3,20 +3,27 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <utility>
+
 namespace afterglow {
 
 std::optional<std::string> NoteLog::line(const Note &note, Time now) {
-    const bool repeated = note.sentence() == last_;
-    if (repeated && now - last_logged_ < quiet) {
-        ++repeats_;
+    std::string line(note.sentence());
+    auto said = std::ranges::find(said_, line, &Said::sentence);
+    if (said == said_.end()) {
+        if (said_.size() == most)
+            said_.erase(std::ranges::min_element(said_, {}, &Said::logged));
+        said_.push_back({line, now});
+        return line;
+    }
+    if (now - said->logged < quiet) {
+        ++said->repeats;
         return std::nullopt;
     }
-    std::string line(note.sentence());
-    if (repeated && repeats_ > 0)
-        line += fmt::format(" ({} times more)", repeats_);
-    last_ = note.sentence();
-    last_logged_ = now;
-    repeats_ = 0;
+    said->logged = now;
+    if (const std::uint64_t repeats = std::exchange(said->repeats, 0); repeats > 0)
+        line += fmt::format(" ({} times more)", repeats);
     return line;
 }
 

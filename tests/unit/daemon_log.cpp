@@ -22,6 +22,24 @@ TEST_CASE("the log limits a repeated message to one line in ten seconds") {
           "the camera is gone");
 }
 
+TEST_CASE("the log limits messages that take turns, each by itself, and counts all of them") {
+    NoteLog log;
+    const Note image = Note::of(Priority::warning, "an image is damaged");
+    const Note map = Note::of(Priority::warning, "a depth map is damaged");
+    const NoteLog::Time now = NoteLog::Time(1h);
+    CHECK(log.line(image, now));
+    CHECK(log.line(map, now));
+    for (int i = 0; i < 30; ++i) {
+        CHECK_FALSE(log.line(image, now + 1s));
+        CHECK_FALSE(log.line(map, now + 1s));
+    }
+    CHECK(log.line(image, now + NoteLog::quiet) == "an image is damaged (30 times more)");
+    CHECK(log.line(map, now + NoteLog::quiet) == "a depth map is damaged (30 times more)");
+    for (std::size_t i = 0; i < NoteLog::most; ++i) // as many others: the first are forgotten
+        CHECK(log.line(Note::of(Priority::info, std::to_string(i)), now + 11s));
+    CHECK(log.line(image, now + 12s) == "an image is damaged");
+}
+
 TEST_CASE("the log truncates a message that is too long") {
     const std::string sentence(1000, 'x');
     const Note note = Note::of(Priority::error, sentence);
