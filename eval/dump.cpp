@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "eval/dump.hpp"
 
+#include "core/base/write_file.hpp"
 #include "drivers/files/image_file.hpp"
 
 #include <fmt/format.h>
 
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 
 namespace afterglow {
 namespace {
@@ -37,22 +35,13 @@ Status dump_depth(const std::string &folder, std::uint64_t index, DepthView dept
     return write_png(fmt::format("{}/{:06}.png", folder, index), depth);
 }
 
-Status write_text(const std::string &path, std::string_view text) {
-    std::ofstream file(path, std::ios::binary);
-    file << text;
-    file.close();
-    if (!file)
-        return Error{fmt::format("{}: {}", path, std::strerror(errno)), errno};
-    return ok();
-}
-
 Status write_frames_csv(const std::string &path, const Evaluation &evaluation) {
     std::string csv = "index,t_ns,source,age_frames,expected_mre,mre,coverage,inliers,lit\n";
     for (const FrameScore &frame : evaluation.frames)
         csv += fmt::format("{},{},{},{},{},{},{},{},{:d}\n", frame.index, frame.t_ns,
                            source_of(frame), frame.age_frames, cell(frame.expected_mre),
                            cell(frame.mre), cell(frame.coverage), frame.inliers, frame.lit);
-    return write_text(path, csv);
+    return write_file(path, csv);
 }
 
 } // namespace afterglow

@@ -6,7 +6,6 @@
 #include "eval/scoring/evaluation.hpp"
 
 #include <string>
-#include <string_view>
 
 namespace afterglow {
 
@@ -14,9 +13,6 @@ namespace afterglow {
 
 /// Makes the folder and its parents where they are missing.
 Status make_folder(const std::string &folder);
-
-/// Writes a whole file, in place of what was there.
-Status write_text(const std::string &path, std::string_view text);
 
 /// Writes a published depth map as FOLDER/000123.png: 16-bit grey, millimetres.
 Status dump_depth(const std::string &folder, std::uint64_t index, DepthView depth);

@@ -3,15 +3,13 @@
 
 #include "core/base/temporary_directory.hpp"
 #include "core/base/unique_fd.hpp"
+#include "core/base/write_file.hpp"
 
 #include <fmt/format.h>
 
-#include <cerrno>
 #include <csignal>
-#include <cstring>
 #include <fcntl.h>
 #include <filesystem>
-#include <fstream>
 #include <unistd.h>
 
 namespace afterglow {
@@ -27,15 +25,6 @@ std::string bus_config(const std::string &socket) {
                        "<allow send_destination=\"*\" eavesdrop=\"true\"/>"
                        "<allow eavesdrop=\"true\"/><allow own=\"*\"/></policy></busconfig>",
                        socket);
-}
-
-Status write_file(const std::string &path, const std::string &text) {
-    std::ofstream file(path);
-    file << text;
-    file.close();
-    if (!file)
-        return Error{fmt::format("{}: {}", path, std::strerror(errno)), errno};
-    return ok();
 }
 
 } // namespace

@@ -60,7 +60,7 @@ TEST_CASE("a table that the file system does not take is an error with its errno
     const Status written = write_frames_csv("/dev/full", evaluation);
     REQUIRE_FALSE(written);
     CHECK(written.error().code == ENOSPC);
-    CHECK(written.error().message == "/dev/full: No space left on device");
+    CHECK(written.error().message == "/dev/full cannot be written: No space left on device");
     const TemporaryFolder folder;
     const Status nowhere = write_frames_csv(folder / "none/frames.csv", evaluation);
     REQUIRE_FALSE(nowhere);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/calibration_file.hpp"
+#include "core/base/write_file.hpp"
 #include "tools/calibrate/assessment.hpp"
 #include "tools/calibrate/captures.hpp"
 #include "tools/calibrate/command.hpp"
@@ -9,9 +10,7 @@
 
 #include <fmt/format.h>
 
-#include <cerrno>
 #include <cstdio>
-#include <fstream>
 #include <map>
 #include <memory>
 #include <numbers>
@@ -86,12 +85,6 @@ Result<RigWishes> wishes_of(const SolveArguments &arguments, const Intrinsics &t
     return wishes;
 }
 
-Status write_text(const std::string &path, const std::string &text) {
-    std::ofstream file(path);
-    file << text << std::flush;
-    return file ? ok() : Status(Error{fmt::format("{}: could not be written", path), EIO});
-}
-
 Result<int> solve(const SolveArguments &arguments) {
     Result<Captures> captures = read_captures(arguments.captures);
     if (!captures)
@@ -138,7 +131,7 @@ Result<int> solve(const SolveArguments &arguments) {
         fmt::print("  - {}\n", reason);
     if (assessment.verdict == Verdict::not_usable)
         return Error{fmt::format("{} was not written: see the verdict", arguments.output)};
-    if (Status written = write_text(arguments.output, calibration_toml(fit->rig)); !written)
+    if (Status written = write_file(arguments.output, calibration_toml(fit->rig)); !written)
         return written.error();
     fmt::print("Written: {}. The daemon reads it by rig.calibration = \"{}\"\n", arguments.output,
                arguments.output);

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/characterise/characterise.hpp"
 
+#include "core/base/write_file.hpp"
 #include "daemon/open_rig.hpp"
 #include "tools/characterise/report.hpp"
 #include "tools/ctl/command.hpp"
 #include "tools/ctl/daemon.hpp"
 #include "tools/ctl/json.hpp"
-#include "tools/ctl/new_file.hpp"
+#include "tools/ctl/print_or_write.hpp"
 
 #include <fmt/format.h>
 
 #include <atomic>
-#include <cerrno>
 #include <csignal>
 #include <memory>
 #include <utility>
@@ -99,7 +99,7 @@ Result<int> run(const Settings &settings, const Arguments &arguments) {
         return found.error();
     const std::string text = report(*found, *config);
     if (!arguments.output.empty())
-        if (const Status written = write_new(arguments.output, text); !written)
+        if (const Status written = write_new_file(arguments.output, text); !written)
             return written.error();
     if (settings.json)
         return print_json(json_of(*found));

@@ -7,9 +7,6 @@
 
 namespace afterglow {
 
-/// Makes a file with this text; never over one that somebody has written.
-Status write_new(const std::string &path, const std::string &text);
-
 /// Writes `text` to a new file and prints its path; prints the text itself if `path` is empty. As
 /// JSON, `what` is the text's key beside that of the path. Gives 0, as an Action does. Errors: the
 /// file is there already, so that nothing that somebody has written is lost, or cannot be written.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/ctl/command.hpp"
 #include "tools/ctl/devices.hpp"
-#include "tools/ctl/new_file.hpp"
+#include "tools/ctl/print_or_write.hpp"
 
 #include <memory>
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/base/printable.hpp"
 #include "core/base/rgb.hpp"
+#include "core/base/write_file.hpp"
 #include "drivers/files/image_file.hpp"
 #include "drivers/files/png_file.hpp"
 #include "tools/ctl/command.hpp"
@@ -14,9 +15,8 @@
 #include <cerrno>
 #include <cstdint>
 #include <cstdio>
-#include <cstring>
-#include <fstream>
 #include <memory>
+#include <string>
 #include <unistd.h>
 #include <vector>
 
@@ -78,16 +78,13 @@ Image<Rgb> draw(const Shot &shot) {
 
 /// 16-bit PGM, whose numbers are big-endian.
 Status write_pgm(const std::string &path, DepthView depth) {
-    std::ofstream file(path, std::ios::binary | std::ios::trunc);
-    file << "P5\n" << depth.width() << ' ' << depth.height() << "\n65535\n";
+    std::string bytes = fmt::format("P5\n{} {}\n65535\n", depth.width(), depth.height());
     for (int v = 0; v < depth.height(); ++v)
-        for (int u = 0; u < depth.width(); ++u)
-            file.put(static_cast<char>(depth(u, v) >> 8)).put(static_cast<char>(depth(u, v)));
-    file.close();
-    if (!file)
-        return Error{fmt::format("{} cannot be written: {}", printable(path), std::strerror(errno)),
-                     errno};
-    return ok();
+        for (int u = 0; u < depth.width(); ++u) {
+            bytes += static_cast<char>(depth(u, v) >> 8);
+            bytes += static_cast<char>(depth(u, v));
+        }
+    return write_file(path, bytes);
 }
 
 Status write_to_stdout(const Image<Rgb> &picture) {

@@ -2,7 +2,7 @@
 #include "config/calibration_file.hpp"
 #include "tools/ctl/calibration/verbs.hpp"
 #include "tools/ctl/json.hpp"
-#include "tools/ctl/new_file.hpp"
+#include "tools/ctl/print_or_write.hpp"
 
 #include <fmt/format.h>
 
