@@ -4,6 +4,7 @@
 #include "core/base/result.hpp"
 #include "drivers/source.hpp"
 
+#include <cerrno>
 #include <memory>
 #include <string>
 
@@ -11,8 +12,13 @@ namespace afterglow {
 
 // Lights that are not part of a camera's own interface. Each set() is one or two system calls.
 
+/// Whether an errno says that the device is not there.
+inline bool is_absent(int code) {
+    return code == ENOENT || code == ENODEV || code == ENXIO;
+}
+
 /// Switches `light` off at the end of its life. A failure is logged, with the light's name and the
-/// reason, unless the device is absent (ENOENT, ENODEV, ENXIO) and the light was not on. Called by
+/// reason, unless the device is_absent() and the light was not on. Called by
 /// the destructor of each driver; not by the estimator thread.
 void leave_dark(Illuminator &light) noexcept;
 
@@ -26,8 +32,9 @@ struct LedOptions {
     std::string folder = "/sys/class/leds";
 };
 
-/// A LED of the kernel's LED class; dark when it is opened. Errors: ENOENT where there is no such
-/// LED, EACCES where its brightness may not be written, ERANGE where it does not reach `on`.
+/// A LED of the kernel's LED class; dark when it is opened, and opened again for the next set()
+/// after one that failed. Errors: ENOENT where there is no such LED, EACCES where its brightness
+/// may not be written, ERANGE where it does not reach `on` or `off`.
 Result<std::unique_ptr<Illuminator>> open_led(const LedOptions &options);
 
 struct GpioOptions {

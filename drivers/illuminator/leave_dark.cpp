@@ -2,7 +2,6 @@
 #include "core/base/log.hpp"
 #include "drivers/illuminator/illuminators.hpp"
 
-#include <cerrno>
 #include <exception>
 
 namespace afterglow {
@@ -13,9 +12,7 @@ void leave_dark(Illuminator &light) noexcept {
         const Status dark = light.set(false);
         if (dark)
             return;
-        const int code = dark.error().code;
-        const bool is_absent = code == ENOENT || code == ENODEV || code == ENXIO;
-        if (was_lit || !is_absent)
+        if (was_lit || !is_absent(dark.error().code))
             log(Priority::error, "the illuminator may still be lit: " + dark.error().message);
     } catch (const std::exception &error) {
         log(Priority::error, error.what());

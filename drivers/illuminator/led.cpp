@@ -5,7 +5,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
@@ -24,6 +23,30 @@ Error refusal(const LedOptions &options, const char *doing, int code) {
     return {fmt::format("{} cannot be {}: {}", led, doing, std::strerror(code)), code};
 }
 
+std::string file_of(const LedOptions &options, const char *name) {
+    return fmt::format("{}/{}/{}", options.folder, options.name, name);
+}
+
+Result<UniqueFd> open_brightness(const LedOptions &options) {
+    UniqueFd brightness(::open(file_of(options, "brightness").c_str(), O_WRONLY | O_CLOEXEC));
+    if (!brightness)
+        return refusal(options, "opened", errno);
+    return brightness;
+}
+
+Status check_range(const LedOptions &options) {
+    const std::string led = printable(options.name);
+    int most = 0;
+    if (!(std::ifstream(file_of(options, "max_brightness")) >> most))
+        return Error{fmt::format("the LED '{}' does not tell its largest brightness", led), EIO};
+    for (const int value : {options.on, options.off})
+        if (value < 0 || value > most)
+            return Error{fmt::format("the brightness of the LED '{}' goes from 0 to {}, not to {}",
+                                     led, most, value),
+                         ERANGE};
+    return ok();
+}
+
 class Led final : public Illuminator {
 public:
     Led(LedOptions options, UniqueFd brightness)
@@ -31,9 +54,18 @@ public:
     ~Led() override { leave_dark(*this); }
 
     Status set(bool lit) override {
+        if (!brightness_) {
+            Result<UniqueFd> opened = open_brightness(options_);
+            if (!opened)
+                return opened.error();
+            brightness_ = std::move(*opened);
+        }
         const std::string value = std::to_string(lit ? options_.on : options_.off);
-        if (::pwrite(brightness_.get(), value.data(), value.size(), 0) < 0)
-            return refusal(options_, "switched", errno);
+        if (::pwrite(brightness_.get(), value.data(), value.size(), 0) < 0) {
+            const Error error = refusal(options_, "switched", errno);
+            brightness_ = UniqueFd(); // a LED that comes back has another file
+            return error;
+        }
         lit_ = lit;
         return ok();
     }
@@ -41,24 +73,19 @@ public:
 
 private:
     const LedOptions options_;
-    UniqueFd brightness_;
+    UniqueFd brightness_; ///< none after a failure
     bool lit_ = false;
 };
 
 } // namespace
 
 Result<std::unique_ptr<Illuminator>> open_led(const LedOptions &options) {
-    const std::string led = options.folder + "/" + options.name;
-    UniqueFd brightness(::open((led + "/brightness").c_str(), O_WRONLY | O_CLOEXEC));
+    Result<UniqueFd> brightness = open_brightness(options);
     if (!brightness)
-        return refusal(options, "opened", errno);
-    int most = 0;
-    if (!(std::ifstream(led + "/max_brightness") >> most) || options.on < 0 || options.on > most ||
-        options.off < 0 || options.off > most)
-        return Error{fmt::format("the brightness of the LED '{}' goes from 0 to {}, not to {}",
-                                 printable(options.name), most, std::max(options.on, options.off)),
-                     ERANGE};
-    auto light = std::make_unique<Led>(options, std::move(brightness));
+        return brightness.error();
+    if (const Status within = check_range(options); !within)
+        return within.error();
+    auto light = std::make_unique<Led>(options, std::move(*brightness));
     if (const Status dark = light->set(false); !dark)
         return dark.error();
     return std::unique_ptr<Illuminator>(std::move(light));

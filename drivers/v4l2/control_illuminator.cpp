@@ -50,10 +50,6 @@ Result<v4l2_query_ext_ctrl> find_control(SystemCalls &calls, int fd, const std::
                  EINVAL};
 }
 
-bool is_absent(int code) {
-    return code == ENOENT || code == ENODEV || code == ENXIO;
-}
-
 /// A value for a control of the device.
 struct Setting {
     std::uint32_t id = 0;

@@ -67,6 +67,25 @@ TEST_CASE("a LED that fails to go dark when destroyed is logged with its name an
                                "switched by this user\n") != std::string::npos);
 }
 
+TEST_CASE("a LED light that fails is opened again for the next order") {
+    const Leds leds;
+    const UniqueFd memory(::memfd_create("brightness", MFD_CLOEXEC | MFD_ALLOW_SEALING));
+    std::filesystem::remove(leds.folder / "tof/brightness");
+    std::filesystem::create_symlink("/proc/self/fd/" + std::to_string(memory.get()),
+                                    leds.folder / "tof/brightness");
+    const auto led = open_led(leds.options());
+    REQUIRE(led);
+    REQUIRE(::fcntl(memory.get(), F_ADD_SEALS, F_SEAL_WRITE) == 0);
+    CHECK_FALSE((*led)->set(true));
+    std::filesystem::remove(leds.folder / "tof/brightness");
+    const Status absent = (*led)->set(true);
+    REQUIRE_FALSE(absent);
+    CHECK(absent.error().code == ENOENT);
+    leds.folder.write("tof/brightness", "0");
+    CHECK((*led)->set(true));
+    CHECK(leds.brightness() == 2);
+}
+
 TEST_CASE("a LED light that is missing or lacks the brightness is refused") {
     const Leds leds;
     LedOptions options = leds.options(256);
@@ -74,6 +93,15 @@ TEST_CASE("a LED light that is missing or lacks the brightness is refused") {
     REQUIRE_FALSE(bright);
     CHECK(bright.error().message ==
           "the brightness of the LED 'tof' goes from 0 to 255, not to 256");
+    options = leds.options();
+    options.off = -1;
+    const auto dim = open_led(options);
+    REQUIRE_FALSE(dim);
+    CHECK(dim.error().message == "the brightness of the LED 'tof' goes from 0 to 255, not to -1");
+    std::filesystem::remove(leds.folder / "tof/max_brightness");
+    const auto unknown = open_led(leds.options());
+    REQUIRE_FALSE(unknown);
+    CHECK(unknown.error().message == "the LED 'tof' does not tell its largest brightness");
     options.name = "torch";
     const auto missing = open_led(options);
     REQUIRE_FALSE(missing);
