@@ -40,7 +40,9 @@ public:
     // The camera.
     std::string node = "/dev/video0"; ///< "" = unplugged
     std::string bus_info = "usb-fake-1";
+    int refusing = 0; ///< errno of open()
     std::uint32_t caps = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
+    bool tells_device_caps = true; ///< as drivers since Linux 3.4 do
     std::vector<FakeFormat> formats = {{}};
     std::uint32_t field = V4L2_FIELD_NONE;
     std::vector<v4l2_query_ext_ctrl> controls; ///< sorted by id

@@ -22,11 +22,16 @@ bool is_called(SystemCalls &calls, int fd, std::string_view name) {
         return false;
     // A USB camera's metadata node has its bus and card too, but gives no images.
     const std::uint32_t captures = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_VIDEO_CAPTURE_MPLANE;
-    return (about.device_caps & captures) != 0 &&
+    return (capabilities(about) & captures) != 0 &&
            (kernel_text(about.bus_info) == name || kernel_text(about.card) == name);
 }
 
 } // namespace
+
+std::uint32_t capabilities(const v4l2_capability &about) {
+    return (about.capabilities & V4L2_CAP_DEVICE_CAPS) != 0 ? about.device_caps
+                                                            : about.capabilities;
+}
 
 std::string to_string(std::uint32_t fourcc) {
     std::string name;
@@ -81,11 +86,17 @@ Result<UniqueFd> open_device(SystemCalls &calls, const std::string &name) {
         if (errno != ENOENT)
             return device_error(name, "open it", errno);
     }
+    Error absent = device_error(name, "find it", ENOENT);
     for (const std::string &node : calls.video_nodes()) {
-        if (UniqueFd fd(calls.open(node)); fd && is_called(calls, fd.get(), name))
+        UniqueFd fd(calls.open(node));
+        if (fd && is_called(calls, fd.get(), name))
             return fd;
+        if (!fd && errno != ENOENT)
+            absent.message =
+                fmt::format("no camera that can be opened is called '{}'; of the others: {}",
+                            printable(name), device_error(node, "open it", errno).message);
     }
-    return device_error(name, "find it", ENOENT);
+    return absent;
 }
 
 Error device_error(const std::string &device, std::string_view doing, int code) {

@@ -11,6 +11,8 @@
 #include <string>
 #include <string_view>
 
+struct v4l2_capability;
+
 namespace afterglow::v4l2 {
 
 /// "YUYV" for a person: letters of the code, without trailing blanks.
@@ -21,6 +23,9 @@ std::uint32_t fourcc_from_string(std::string_view text);
 /// A control's name as v4l2-ctl writes it: "led_mode" for "LED Mode".
 std::string plain_name(std::string_view control);
 
+/// V4L2_CAP_... of the node itself, where its driver tells them; else of the whole device.
+std::uint32_t capabilities(const v4l2_capability &about);
+
 /// A text of the kernel's, which need not end in a zero.
 template <class Byte, std::size_t N>
 std::string_view kernel_text(const Byte (&bytes)[N]) {
@@ -30,7 +35,7 @@ std::string_view kernel_text(const Byte (&bytes)[N]) {
 
 /// Opens a device by path, by-id or by-path name, bus information or card name. A video node found
 /// by its bus or card is the first of them that captures. Errors keep the errno: ENOENT or ENODEV
-/// where there is no such device now.
+/// where there is no such device now, as far as the nodes could be asked for their names.
 Result<UniqueFd> open_device(SystemCalls &calls, const std::string &name);
 
 /// What `errno` means to somebody who uses the camera `name`.

@@ -148,8 +148,7 @@ Result<std::uint32_t> capture_type(SystemCalls &calls, int fd, const std::string
     v4l2_capability about = {};
     if (calls.ioctl(fd, VIDIOC_QUERYCAP, &about) != 0)
         return device_error(device, "say what it is", errno);
-    const std::uint32_t can =
-        (about.capabilities & V4L2_CAP_DEVICE_CAPS) != 0 ? about.device_caps : about.capabilities;
+    const std::uint32_t can = capabilities(about);
     if ((can & V4L2_CAP_STREAMING) != 0 && (can & V4L2_CAP_VIDEO_CAPTURE) != 0)
         return static_cast<std::uint32_t>(V4L2_BUF_TYPE_VIDEO_CAPTURE);
     if ((can & V4L2_CAP_STREAMING) != 0 && (can & V4L2_CAP_VIDEO_CAPTURE_MPLANE) != 0)

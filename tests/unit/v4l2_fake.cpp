@@ -33,6 +33,8 @@ std::vector<std::string> FakeV4l2::video_nodes() {
 int FakeV4l2::open(const std::string &path) {
     if (node.empty() || path != node)
         return fail(ENOENT);
+    if (refusing != 0)
+        return fail(refusing);
     ++opened;
     return ::dup(memory_.get());
 }
@@ -86,8 +88,8 @@ int FakeV4l2::describe_capture(unsigned long request, void *argument) {
     case VIDIOC_QUERYCAP: {
         auto &about = *static_cast<v4l2_capability *>(argument);
         std::memcpy(about.bus_info, bus_info.c_str(), bus_info.size() + 1);
-        about.capabilities = caps | V4L2_CAP_DEVICE_CAPS;
-        about.device_caps = caps;
+        about.capabilities = caps | (tells_device_caps ? V4L2_CAP_DEVICE_CAPS : 0);
+        about.device_caps = tells_device_caps ? caps : 0;
         return 0;
     }
     case VIDIOC_ENUM_FMT: {

@@ -108,6 +108,23 @@ TEST_CASE("a V4L2 metadata node with the camera's bus information is skipped") {
     CHECK(found.error().code == ENOENT);
 }
 
+TEST_CASE("a V4L2 camera that is looked for by name says which node could not be asked") {
+    FakeV4l2 kernel;
+    kernel.refusing = EACCES;
+    const auto found = open_device(kernel, "usb-fake-1");
+    REQUIRE_FALSE(found);
+    CHECK(found.error().code == ENOENT); // as far as one can know
+    CHECK(found.error().message == "no camera that can be opened is called 'usb-fake-1'; of the "
+                                   "others: the camera '/dev/video0' may not be used by this user "
+                                   "(group video)");
+}
+
+TEST_CASE("a V4L2 driver that tells no capabilities of its node is found by name, too") {
+    FakeV4l2 kernel;
+    kernel.tells_device_caps = false;
+    CHECK(open_device(kernel, "usb-fake-1"));
+}
+
 TEST_CASE("V4L2 format codes convert to names and back") {
     for (const std::uint32_t fourcc : {grey, yuyv, mjpeg, V4L2_PIX_FMT_Z16, V4L2_PIX_FMT_Y16_BE})
         CHECK(fourcc_from_string(to_string(fourcc)) == fourcc);
