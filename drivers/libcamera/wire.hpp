@@ -52,7 +52,7 @@ struct Report {
     void set_text(std::string_view words);
 };
 
-/// Sends without waiting. False if the other side has closed the socket or its queue is full.
+/// Waits while the queue of the socket is full. False if the other side has closed it.
 bool send(int socket, const Report &report, std::span<const int> descriptors = {});
 
 enum class Received { message, nothing, end };

@@ -39,7 +39,6 @@ public:
     Result<UniqueFd> reader_fd() const;
     /// Whether anybody else has the memory open or mapped, or a descriptor of it is under way.
     bool held_by_others() const;
-    std::uint64_t bytes() const { return bytes_; }
     const afterglow_ring_header &header() const { return *header_; }
 
     /// Starts its use: the next frame is `index`, and none before it is here.
