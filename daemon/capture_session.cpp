@@ -142,8 +142,9 @@ void CaptureSession::take(const FrameResult &result, Time now) {
     last_image_ = now;
     color_back_off_.reset();
     if (sequence_known_ && result.sequence > next_sequence_)
-        missed_ += result.sequence - next_sequence_ -
-                   std::min(damaged_since_image_, result.sequence - next_sequence_);
+        losses_.missed += result.sequence - next_sequence_ -
+                          std::min(damaged_since_image_, result.sequence - next_sequence_);
+    outbox_.count(losses_);
     sequence_known_ = true;
     next_sequence_ = result.sequence + 1;
     damaged_since_image_ = 0;
@@ -203,8 +204,7 @@ void CaptureSession::publish(const FrameResult &result) {
     frame.lens = static_cast<std::uint32_t>(camera.lens); // numbered alike
     std::copy(camera.distortion.begin(), camera.distortion.end(), frame.distortion);
     first_ = false;
-    FrameEvent event = {ring_.publish(estimate, result.luma, frame), damaged_, missed_,
-                        result.reason};
+    FrameEvent event = {ring_.publish(estimate, result.luma, frame), result.reason};
     event.stream_ns = stream_ns_;
     event.cpu_ns = cpu_ns_;
     event.skipped = std::exchange(skipped_, 0);
@@ -265,7 +265,8 @@ void CaptureSession::lose_tof(std::string_view why, Time now) {
 }
 
 void CaptureSession::damaged(std::string_view why) {
-    ++damaged_;
+    ++losses_.damaged;
+    outbox_.count(losses_);
     outbox_.note(Priority::warning, why);
 }
 

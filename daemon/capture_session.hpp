@@ -117,8 +117,7 @@ private:
     bool sequence_known_ = false;
     std::uint64_t next_sequence_ = 0;
     std::uint64_t damaged_since_image_ = 0;
-    std::uint64_t damaged_ = 0;
-    std::uint64_t missed_ = 0;
+    FrameLosses losses_;
 
     std::uint32_t skipped_ = 0;     ///< images since the last frame that had none
     std::uint32_t skipped_lit_ = 0; ///< those with light

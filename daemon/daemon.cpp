@@ -271,6 +271,7 @@ void Daemon::empty_outbox() {
             service_.camera_lost(*note.lost, note.sentence());
         log_note(note);
     }
+    service_.frames_lost(outbox.losses());
     for (FrameEvent event; outbox.next_frame(event);)
         service_.frame_published(event);
     show_state();

@@ -39,6 +39,11 @@ void Outbox::enter(CameraStates states) {
     wake();
 }
 
+void Outbox::count(const FrameLosses &losses) {
+    damaged_ = losses.damaged;
+    missed_ = losses.missed;
+}
+
 void Outbox::wake() const {
     // A counter that is full is a wake-up that has not been seen yet: nothing is lost.
     ::eventfd_write(wake_.get(), 1);

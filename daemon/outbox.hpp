@@ -26,10 +26,11 @@ struct Note {
     std::string_view sentence() const { return {text.data(), length}; }
 };
 
-/// Frame events, log notes and the cameras' states, from the estimator thread to the main thread.
+/// Frame events, log notes, the cameras' states and what they lost, from the estimator thread to
+/// the main thread.
 ///
 /// The estimator thread's side is wait-free. When the main thread is seconds behind, the newest
-/// frame events and notes are dropped; the states are always up to date.
+/// frame events and notes are dropped; the rest is always up to date.
 class Outbox {
 public:
     /// `wake` is an eventfd, non-blocking, that no other process holds.
@@ -42,6 +43,8 @@ public:
     /// `camera` is lost, and why.
     void lost(Camera camera, std::string_view sentence);
     void enter(CameraStates states);
+    /// Wakes nobody: a note or a frame does.
+    void count(const FrameLosses &losses);
 
     // The main thread's side.
     /// Readable when there may be something new; call clear_wake() before reading it.
@@ -51,6 +54,7 @@ public:
     bool next_note(Note &note) { return notes_.pop(note); }
     CameraStates cameras() const { return cameras_.load(std::memory_order_acquire); }
     DaemonState state() const { return daemon_state(cameras()); }
+    FrameLosses losses() const { return {damaged_, missed_}; }
 
 private:
     void wake() const;
@@ -59,6 +63,8 @@ private:
     SpscQueue<FrameEvent, 256> frames_;
     SpscQueue<Note, 32> notes_;
     std::atomic<CameraStates> cameras_ = CameraStates{};
+    std::atomic<std::uint64_t> damaged_ = 0;
+    std::atomic<std::uint64_t> missed_ = 0;
 };
 
 } // namespace afterglow

@@ -54,11 +54,15 @@ std::string_view to_string(Camera camera);
 std::string_view to_string(CameraState state);
 std::string_view to_string(DaemonState state);
 
+/// What has come to nothing since the daemon's start.
+struct FrameLosses {
+    std::uint64_t damaged = 0; ///< images and depth maps that came but were unusable
+    std::uint64_t missed = 0;  ///< images that the colour camera counted but did not deliver
+};
+
 /// A published frame.
 struct FrameEvent {
     afterglow_frame frame;
-    std::uint64_t damaged;                ///< frames dropped so far because they were unusable
-    std::uint64_t missed;                 ///< gaps in the colour camera's frame numbers so far
     GateReason reason = GateReason::none; ///< why the gate wants light; none: it does not
     std::int64_t stream_ns = 0;           ///< time between images so far, while the cameras ran
     std::int64_t cpu_ns = 0;              ///< CPU time of the process in that time

@@ -47,8 +47,6 @@ void Statistics::add(const FrameEvent &event) {
     estimated_ += event.frame.source == AFTERGLOW_ESTIMATED;
     skipped_ += event.skipped;
     illuminated_ += (event.frame.emitter == AFTERGLOW_EMITTER_ON) + event.skipped_lit;
-    damaged_ = event.damaged;
-    missed_ = event.missed;
     stream_ns_ = event.stream_ns;
     cpu_ns_ = event.cpu_ns;
     expected_error_ = event.frame.expected_mre;
@@ -64,8 +62,7 @@ void Statistics::reset() {
     Statistics fresh;
     fresh.stream_ns_ = fresh.stream_before_ns_ = stream_ns_;
     fresh.cpu_ns_ = fresh.cpu_before_ns_ = cpu_ns_;
-    fresh.damaged_ = fresh.damaged_before_ = damaged_;
-    fresh.missed_ = fresh.missed_before_ = missed_;
+    fresh.losses_ = fresh.losses_before_ = losses_;
     fresh.expected_error_ = expected_error_;
     fresh.coverage_ = coverage_;
     *this = fresh;

@@ -32,6 +32,7 @@ private:
 class Statistics {
 public:
     void add(const FrameEvent &event);
+    void set_losses(const FrameLosses &losses) { losses_ = losses; }
     void reset();
 
     std::uint64_t published() const { return published_; }
@@ -40,8 +41,8 @@ public:
     std::uint64_t without_depth() const { return published_ - measured_ - estimated_; }
     /// Images without a frame, because no reader wanted one.
     std::uint64_t skipped() const { return skipped_; }
-    std::uint64_t damaged() const { return damaged_ - damaged_before_; }
-    std::uint64_t missed() const { return missed_ - missed_before_; }
+    std::uint64_t damaged() const { return losses_.damaged - losses_before_.damaged; }
+    std::uint64_t missed() const { return losses_.missed - losses_before_.missed; }
     /// Percent of the images for which the TOF light was on; 0 before the first.
     double duty_cycle() const;
     /// CPU seconds that the process used for each second of the stream, measured; 0 before the
@@ -70,9 +71,8 @@ private:
     std::uint64_t estimated_ = 0;
     std::uint64_t skipped_ = 0;
     std::uint64_t illuminated_ = 0; ///< images
-    // The events count since the start of the daemon.
-    std::uint64_t damaged_ = 0, damaged_before_ = 0;
-    std::uint64_t missed_ = 0, missed_before_ = 0;
+    // These count since the start of the daemon.
+    FrameLosses losses_, losses_before_;
     std::int64_t stream_ns_ = 0, stream_before_ns_ = 0;
     std::int64_t cpu_ns_ = 0, cpu_before_ns_ = 0;
     double expected_error_ = -1;

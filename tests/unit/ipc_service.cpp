@@ -96,10 +96,9 @@ TEST_CASE("the D-Bus statistics are those of the published frames", "[ipc]") {
         FrameEvent event{};
         event.frame.source = source;
         event.frame.expected_mre = -1;
-        event.damaged = 6;
-        event.missed = 7;
         daemon.publish(event);
     }
+    daemon.service.frames_lost({6, 7});
     const auto count = [&](const char *property) {
         return daemon.serve([&] { return Client(address).get<std::uint64_t>(property, 't'); });
     };

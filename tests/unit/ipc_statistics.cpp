@@ -82,8 +82,7 @@ TEST_CASE("the duty cycle counts images without a frame as well", "[ipc]") {
 TEST_CASE("resetting the statistics clears counts and keeps the last frame's values", "[ipc]") {
     Statistics statistics;
     FrameEvent event = event_of(AFTERGLOW_ESTIMATED, true, 1000);
-    event.damaged = 3;
-    event.missed = 5;
+    statistics.set_losses({3, 5});
     event.frame.expected_mre = 1.25F;
     event.frame.coverage = 93.5F;
     statistics.add(event);
@@ -100,9 +99,7 @@ TEST_CASE("resetting the statistics clears counts and keeps the last frame's val
     CHECK(statistics.expected_error() == 1.25);
     CHECK(statistics.coverage() == 93.5);
 
-    event.damaged = 4;
-    event.missed = 7;
-    statistics.add(event);
+    statistics.set_losses({4, 7}); // without a frame
     CHECK(statistics.damaged() == 1);
     CHECK(statistics.missed() == 2);
 }
