@@ -29,7 +29,7 @@ bool CalibrationGuard::check(DepthSurface &surface, const CameraMotion &motion, 
     if (!applied_.isZero(0)) {
         const Pose moved =
             views_.surface_from_tracking * correction(applied_) * tracking_from_surface;
-        surface.build(rendering_.run(surface, moved), pool_);
+        surface.rebuild(rendering_.run(surface, moved), pool_);
     }
     return changed;
 }

@@ -30,7 +30,10 @@ public:
     const Estimate &measure(const Measurement &measurement) override;
     void expect_lag(double lag_s) override { expected_lag_s_ = lag_s; }
     void prepare() override;
-    void restart() override { keyframes_.clear(); }
+    void restart() override {
+        keyframes_.clear();
+        motion_.restart();
+    }
     void want_confidence(bool wanted) override { publication_.want_confidence(wanted); }
     void want_depth(bool wanted) override { depth_wanted_ = wanted; }
 

@@ -36,6 +36,12 @@ void DepthSurface::read(DepthView depth, WorkerPool &pool, const DepthCorrection
     smoothing_.run({raw_, distance_, amplitude, noise_}, pool, smooth_);
 }
 
+void DepthSurface::rebuild(DepthView depth, WorkerPool &pool) {
+    const DepthCorrection correction = correction_;
+    build(depth, pool);
+    correction_ = correction;
+}
+
 void DepthSurface::finish() {
     if (std::exchange(finished_, true))
         return;

@@ -57,6 +57,9 @@ public:
               ImageView<const std::uint16_t> amplitude = {});
     void finish();
 
+    /// Another map of the same readings, which have been corrected already: correction() stays.
+    void rebuild(DepthView depth, WorkerPool &pool);
+
     /// What the map was built with.
     const DepthCorrection &correction() const { return correction_; }
 

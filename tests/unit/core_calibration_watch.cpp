@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Depth edges against image edges: what is wrong with a calibration is said, and nothing else.
+#include "core/calibration/calibration_guard.hpp"
 #include "core/calibration/calibration_watch.hpp"
 #include "core/pipeline.hpp"
 #include "tests/allocation_count.hpp"
@@ -167,6 +168,42 @@ TEST_CASE("a calibration is trusted again when images and depth agree again", "[
     CHECK(wrong.watch.shift() == 0.0f);
 }
 
+TEST_CASE("a surface that is moved to where it belongs keeps what its depth is corrected by",
+          "[core]") {
+    WrongRig rig({.seed = 2, .motion = 0}, {.color_from_tof = turned(0, 2, 0)});
+    Views views(rig.camera());
+    views.calibrated = true;
+    WorkerPool pool(1);
+    CalibrationGuard guard(views, levels, {}, pool);
+    DepthSurface surface(rig.camera(), {});
+    Pyramid image(rig.camera().width, rig.camera().height, levels);
+    const DepthCorrection correction{.shape = {0.02F, -0.01F, 0.01F}, .lag_s = 0.001};
+    for (int i = 0; i < 10; ++i) {
+        rig.look(0.5 * i, static_cast<std::uint64_t>(i));
+        surface.build(rig.depth, pool, correction);
+        image.build(rig.luma);
+        guard.check(surface, CameraMotion(MotionOptions{}), 0, image);
+    }
+    REQUIRE(guard.state()[CalibrationPart::rotation].corrected > 0);
+    CHECK(surface.correction().shape == correction.shape);
+    CHECK(surface.correction().lag_s == correction.lag_s);
+    DepthSurface plain(rig.camera(), {});
+    plain.build(rig.depth, pool);
+    guard.check(plain, CameraMotion(MotionOptions{}), 0, image);
+    std::vector<float> differences;
+    for (int v = 40; v < rig.camera().height - 40; v += 4)
+        for (int u = 40; u < rig.camera().width - 40; u += 4)
+            if (surface.z()(u, v) > 0 && plain.z()(u, v) > 0) {
+                const Eigen::Vector3d ray = rig.camera().back_project(u, v, 1);
+                const float once =
+                    correction.scale(static_cast<float>(ray.x()), static_cast<float>(ray.y()));
+                differences.push_back(std::abs(surface.z()(u, v) / plain.z()(u, v) - once));
+            }
+    REQUIRE(differences.size() > 1000);
+    std::ranges::nth_element(differences, differences.begin() + differences.size() / 2);
+    CHECK(differences[differences.size() / 2] < 0.001F);
+}
+
 TEST_CASE("what says nothing of the calibration changes nothing", "[core]") {
     const Intrinsics camera{525, 525, 319.5, 239.5, 640, 480};
     WorkerPool pool(1);
@@ -219,6 +256,37 @@ TEST_CASE("what says nothing of the calibration changes nothing", "[core]") {
     CHECK_FALSE(watch.state().suspect());
     CHECK(watch.shift() == 0.0f);
     CHECK(watch.suspected().isZero(0));
+}
+
+TEST_CASE("the motion from before a pause does not tell of the calibration after it",
+          "[core][long]") {
+    const Miscalibration late{.lag_s = 0.03};
+    WrongRig moving({.seed = 2, .motion = 1}, late);
+    WrongRig resting({.seed = 2, .motion = 0}, late);
+    WorkerPool pool(1);
+    const CameraModel camera{.pinhole = moving.camera()};
+    const RigGeometry told({.color = camera, .tof = camera}, camera, Pose::identity());
+    const auto pipeline = pipeline_factory({}, pool)(told);
+    CalibrationState state;
+    int k = 0;
+    const auto see = [&](WrongRig &rig, bool measures) {
+        rig.look(k / 30.0, static_cast<std::uint64_t>(k));
+        pipeline->track(rig.luma, k * std::int64_t{33'333'333});
+        if (measures)
+            state = pipeline->measure(rig.depth).calibration;
+        ++k;
+    };
+    for (int pair = 0; pair < 8; ++pair) {
+        pipeline->restart();
+        see(moving, true);
+        for (int i = 1; i < 6; ++i)
+            see(moving, false);
+        see(moving, true);
+        pipeline->restart();
+        see(resting, true);
+    }
+    CHECK(state[CalibrationPart::lag].suspect);
+    CHECK(state[CalibrationPart::lag].amount == Approx(0.03).margin(0.008));
 }
 
 TEST_CASE("after ten measurements a wrong calibration is told and its errors are expected",
