@@ -102,9 +102,9 @@ private:
             if (const auto found = problem_of(*camera))
                 problem(*table(root, name), found->key, found->sentence);
         if (const auto found = problem_of(rig_)) {
-            const char *name = found->key == "translation_m" ? "tof_from_color"
-                               : found->key == "delay_ms"    ? "tof"
-                                                             : "color";
+            const char *name = found->key == "delay_ms"     ? "tof"
+                               : found->key == "readout_ms" ? "color"
+                                                            : "tof_from_color";
             problem(*table(root, name), found->key, found->sentence);
         }
     }

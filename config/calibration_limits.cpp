@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/calibration_limits.hpp"
 
+#include "core/rig/working_views.hpp"
+
 #include <Eigen/LU>
 #include <Eigen/SVD>
 #include <fmt/format.h>
@@ -81,7 +83,13 @@ std::optional<CalibrationProblem> problem_of(const RigCalibration &rig) {
             fmt::format("{:g} m between the cameras is not allowed (at most 1 m)", distance)};
     if (auto problem = out_of(-1000, 1000, "delay_ms", rig.tof_delay_s * 1000, " ms"))
         return problem;
-    return out_of(0, 1000, "readout_ms", rig.readout_s * 1000, " ms");
+    if (auto problem = out_of(0, 1000, "readout_ms", rig.readout_s * 1000, " ms"))
+        return problem;
+    if (!problem_of(rig.color) && !problem_of(rig.tof) &&
+        !views_meet({rig, rig.color, Pose::identity()}))
+        return CalibrationProblem{"rotation", "turns the cameras so that the colour camera sees "
+                                              "nothing of what the TOF camera sees"};
+    return std::nullopt;
 }
 
 std::optional<Eigen::Matrix3d> exact_rotation(const Eigen::Matrix3d &R) {

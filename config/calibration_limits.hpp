@@ -18,7 +18,8 @@ struct CalibrationProblem {
 /// The first problem of a camera. Its lens must show a ray at every pixel of a grid of 17 x 17 that
 /// has the corners.
 std::optional<CalibrationProblem> problem_of(const CameraModel &camera);
-/// The first problem of what two cameras are to each other: translation, delay, read-out time.
+/// The first problem of what two cameras are to each other: translation, delay, read-out time, and
+/// a rotation after which they do not see the same.
 std::optional<CalibrationProblem> problem_of(const RigCalibration &rig);
 
 /// The rotation nearest to R, which is R itself where it is one to rounding. Nothing if R differs

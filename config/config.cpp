@@ -250,7 +250,9 @@ private:
                     "preset paper needs depth that is registered to the colour camera, without a "
                     "calibration file");
         const Intrinsics &own = config_.published.pinhole;
-        if (config_.published.camera == PublishedCamera::pinhole && !(own.fx > 0 && own.fy > 0))
+        const bool has_published =
+            config_.published.camera != PublishedCamera::pinhole || (own.fx > 0 && own.fy > 0);
+        if (!has_published)
             problem(place_of("published.camera"), "published.fx, published.fy",
                     "are missing (the focal lengths of the pinhole camera, pixels)");
         Result<RigCalibration> rig = load_calibration(config_.calibration.file);
@@ -263,6 +265,9 @@ private:
         config_.tof.registration = false;
         config_.synthetic.rig = config_.replay.rig = *rig;
         config_.calibration.rig = *std::move(rig);
+        if (has_published && !views_meet(*rig_geometry(config_)))
+            problem(place_of("published.camera"), "published.camera",
+                    "sees nothing of what the TOF camera sees");
     }
 
     /// The name of the driver that is chosen by `key`.

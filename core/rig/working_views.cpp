@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 namespace afterglow {
@@ -44,8 +45,10 @@ Field field_of(const CameraModel &camera) {
     return field;
 }
 
-/// The rays along which `camera` may see what the TOF camera sees, and the margin.
-Field field_of_tof(const CameraModel &tof, const CameraModel &camera, const Pose &camera_from_tof) {
+/// The rays along which `camera` may see what the TOF camera sees, and so much of the field's sides
+/// more; empty if there are none.
+Field field_of_tof(const CameraModel &tof, const CameraModel &camera, const Pose &camera_from_tof,
+                   double more_share = margin) {
     Field field;
     for_each_place(tof.pinhole, [&](double u, double v) {
         const auto ray = tof.ray(u, v);
@@ -58,7 +61,9 @@ Field field_of_tof(const CameraModel &tof, const CameraModel &camera, const Pose
                 field.extend((X.head<2>() / X.z()).cwiseMax(-widest_ray).cwiseMin(widest_ray));
         }
     });
-    const Eigen::Vector2d more = margin * field.sizes();
+    if (field.isEmpty())
+        return field;
+    const Eigen::Vector2d more = more_share * field.sizes();
     field.min() -= more;
     field.max() += more;
     return field.intersection(field_of(camera));
@@ -82,8 +87,19 @@ double density(const CameraModel &camera) {
 
 } // namespace
 
+bool views_meet(const RigGeometry &geometry) {
+    const RigCalibration &rig = geometry.rig;
+    const Pose color_from_tof = rig.tof_from_color.inverse();
+    const auto meets = [&](const CameraModel &camera, const Pose &camera_from_color) {
+        return !field_of_tof(rig.tof, camera, camera_from_color * color_from_tof, 0).isEmpty();
+    };
+    return meets(rig.color, Pose::identity()) &&
+           meets(geometry.published, geometry.published_from_color);
+}
+
 Views working_views(const RigGeometry &geometry) {
     const RigCalibration &rig = geometry.rig;
+    assert(views_meet(geometry));
     Views views;
     views.calibrated = true;
     views.surface_from_tracking = rig.tof_from_color;

@@ -155,6 +155,11 @@ TEST_CASE("a wrong calibration file is refused with the line, the key and what i
         {with("[0, 0.8, -0.6]", "[0, 0.81, -0.6]"),
          "rig.toml:25: tof_from_color.rotation: is not one (orthonormal rows to 1e-3"},
         {with("[1, 0, 0]", "[-1, 0, 0]"), "rig.toml:25: tof_from_color.rotation: is not one"},
+        {with("[[1, 0, 0], [0, 0.8, -0.6], [0, 0.6, 0.8]]", "[[0, 0, -1], [0, 1, 0], [1, 0, 0]]"),
+         "rig.toml:25: tof_from_color.rotation: turns the cameras so that the colour camera sees "
+         "nothing of what the TOF camera sees"},
+        {with("[[1, 0, 0], [0, 0.8, -0.6], [0, 0.6, 0.8]]", "[[-1, 0, 0], [0, 1, 0], [0, 0, -1]]"),
+         "rig.toml:25: tof_from_color.rotation: turns the cameras"},
         {with("[1, 0, 0], ", ""), "rig.toml:25: tof_from_color.rotation: this kind of value"},
         {with("[1, 0, 0]", "1"), "rig.toml:25: tof_from_color.rotation: must be an array of 3"},
         {with("[tof_from_color]", "[extrinsics]"),

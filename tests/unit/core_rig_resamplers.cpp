@@ -148,6 +148,21 @@ TEST_CASE("a range along the ray becomes a depth along the axis") {
             REQUIRE(std::abs(z(u, v) - plane_mm(*barrel.ray(u, v))) <= 1);
 }
 
+TEST_CASE("cameras that do not see the same are told apart from those that do") {
+    RigCalibration rig{.color = fisheye, .tof = barrel};
+    const Intrinsics narrow{4000, 4000, 319.5, 239.5, 640, 480};
+    const auto meets = [&](const CameraModel &published) {
+        return views_meet(RigGeometry(rig, published, {}));
+    };
+    CHECK(meets(rig.color));
+    CHECK(meets(pinhole(narrow)));
+    rig.tof_from_color.R = rotation({0, 0.8, 0});
+    CHECK(meets(rig.color));
+    CHECK_FALSE(meets(pinhole(narrow)));
+    rig.tof_from_color.R = rotation({0, 3, 0});
+    CHECK_FALSE(meets(rig.color));
+}
+
 TEST_CASE("the working views see what the TOF camera sees, and are no finer than it makes sense") {
     RigCalibration rig{.color = fisheye, .tof = barrel};
     rig.tof_from_color = {rotation({0.01, -0.02, 0.015}), {-0.05, 0.002, 0.001}};

@@ -232,14 +232,17 @@ TEST_CASE("a camera chain of Kalibr gives both cameras, their pose and the delay
 }
 
 TEST_CASE("cameras of Kalibr are put together over their chain, and over an IMU") {
-    const std::string third = replaced(kalibr.substr(kalibr.find("cam1:")), "cam1", "cam2");
+    const std::string second = kalibr.substr(kalibr.find("cam1:"));
+    const std::string third = replaced( // turned back
+        replaced(replaced(second, "cam1", "cam2"), "0.8, -0.6", "0.8, 0.6"), "0.6, 0.8,",
+        "-0.6, 0.8,");
     Files chain({{"chain", kalibr + third}});
     CHECK(chain.refusal() == "there are 3 cameras, cam0, cam1, cam2: say with --color and --tof "
                              "which to take");
     chain.rig.color = "cam0";
     chain.rig.tof = "cam2";
     const Pose step = {pose.R, {-0.11, 0.0004, -0.0002}};
-    CHECK(same(chain.read().tof_from_color, step * step));
+    CHECK(same(chain.read().tof_from_color, Pose{pose.R.transpose(), step.T} * step));
     const std::string motion = "  T_cam_imu:\n  - [1, 0, 0, 0.5]\n  - [0, 1, 0, 0.25]\n"
                                "  - [0, 0, 1, 0]\n  - [0, 0, 0, 1]\n";
     const Files imu({{"chain", replaced(replaced(kalibr, "cam0:\n", "cam0:\n" + motion),
