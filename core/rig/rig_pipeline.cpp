@@ -69,13 +69,21 @@ const Estimate &RigPipeline::measure(const Measurement &measurement) {
     }
     publish(pipeline_.measure(seen));
     if (publishes_readings_)
-        for (int v = 0; v < z.height(); ++v)
-            for (int u = 0; u < z.width(); ++u)
-                if (const std::uint16_t reading = z(u, v); reading != 0) {
-                    depth_(u, v) = reading;
-                    confidence_(u, v) = measured_confidence;
-                }
+        lay_over(z);
     return estimate_;
+}
+
+/// What was measured replaces what was resampled.
+void RigPipeline::lay_over(DepthView readings) {
+    int added = 0;
+    for (int v = 0; v < readings.height(); ++v)
+        for (int u = 0; u < readings.width(); ++u)
+            if (const std::uint16_t reading = readings(u, v); reading != 0) {
+                added += depth_(u, v) == 0;
+                depth_(u, v) = reading;
+                confidence_(u, v) = measured_confidence;
+            }
+    estimate_.coverage += percent(added);
 }
 
 const Estimate &RigPipeline::publish(const Estimate &composed) {
@@ -91,8 +99,7 @@ const Estimate &RigPipeline::publish(const Estimate &composed) {
         published_.run(composed.depth, composed.confidence, depth_, confidence, pool_);
     estimate_.depth = depth_;
     estimate_.confidence = confidence;
-    estimate_.coverage =
-        100 * static_cast<float>(covered) / static_cast<float>(depth_.width() * depth_.height());
+    estimate_.coverage = percent(covered);
     return estimate_;
 }
 

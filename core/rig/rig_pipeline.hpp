@@ -29,6 +29,12 @@ private:
     RigPipeline(const KeyframeOptions &options, const RigGeometry &geometry, const Views &views,
                 WorkerPool &pool);
     const Estimate &publish(const Estimate &composed);
+    void lay_over(DepthView readings);
+    /// Of the published pixels.
+    float percent(int pixels) const {
+        return 100 * static_cast<float>(pixels) /
+               static_cast<float>(depth_.width() * depth_.height());
+    }
 
     WorkerPool &pool_;
     const bool publishes_readings_;

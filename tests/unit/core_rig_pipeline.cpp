@@ -87,6 +87,11 @@ Outcome run(const RigGeometry &geometry, int frames, bool noise, int workers = 1
         outcome.coverage += result.estimate.coverage / frames;
         if (result.estimate.source == FrameSource::measured) {
             ++outcome.measured;
+            const DepthMap map = copy_of(shown);
+            const auto holes = std::ranges::count(map.pixels(), std::uint16_t{0});
+            const auto pixels = static_cast<double>(map.pixels().size());
+            CHECK(result.estimate.coverage ==
+                  Approx(100 * (1 - static_cast<double>(holes) / pixels)));
             for (int v = 0; v < shown.height(); ++v)
                 for (int u = 0; u < shown.width(); ++u)
                     outcome.measured_unlike_readings +=
