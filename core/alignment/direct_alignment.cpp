@@ -366,7 +366,6 @@ Alignment DirectAlignment::assess(const AlignmentTemplate &reference, int level,
     at.residual_scale = std::max(deviation, 1.0f);
     at.cost = sums.fixed_cost();
     at.inlier_share = static_cast<float>(sums.inliers()) / visible;
-    at.visible_share = visible / static_cast<float>(reference.points(level).count);
     // Causes that points share (blur, shutter, parallax) make residuals larger than expected: where
     // residuals have s of the expected deviation, the pose's deviation is s^2 instead of s times
     // that of a pose whose residuals are as expected.

@@ -40,10 +40,9 @@ struct PosePrior {
 
 /// What aligning an image with a template told.
 struct Alignment : Placement {
-    float cost = 1e9f;       ///< mean robust cost of the points in view on a fixed scale, 0..1
-    float inlier_share = 0;  ///< of the points in view: residual below 2.5 expected deviations
-    float correlation = 0;   ///< robust, of grey values in view with the template's
-    float visible_share = 0; ///< of the template's points
+    float cost = 1e9f;      ///< mean robust cost of the points in view on a fixed scale, 0..1
+    float inlier_share = 0; ///< of the points in view: residual below 2.5 expected deviations
+    float correlation = 0;  ///< robust, of grey values in view with the template's
     /// Median |residual| / expected deviation, as a Gaussian's sigma; at least 1.
     float residual_scale = 1;
     int points = 0; ///< in view, finest level

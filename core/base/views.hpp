@@ -39,10 +39,6 @@ struct Views {
     bool publishes_surface() const { return is_identity(published_from_surface()); }
     /// Measured maps are published reading by reading.
     bool publishes_readings() const { return surface == published && publishes_surface(); }
-    /// Measured maps show what images show, pixel by pixel.
-    bool measures_tracking() const {
-        return surface == tracking && is_identity(surface_from_tracking);
-    }
 };
 
 } // namespace afterglow

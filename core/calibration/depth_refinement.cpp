@@ -38,15 +38,13 @@ int grid_of(const Intrinsics &camera) {
     return std::max(closest_px, static_cast<int>(std::lround(std::sqrt(pixels / enough_readings))));
 }
 
-/// Calls `visit` with the readings inside of surfaces, `grid` pixels apart, block by block. Returns
-/// how many there are.
+/// Calls `visit` with the readings inside of surfaces, `grid` pixels apart, block by block.
 template <class Visit>
-int visit_readings(const DepthSurface &from, const Intrinsics &c, int grid, const Visit &visit) {
+void visit_readings(const DepthSurface &from, const Intrinsics &c, int grid, const Visit &visit) {
     constexpr int least_distance = 4;
     const float dx = static_cast<float>(1 / c.fx), dy = static_cast<float>(1 / c.fy);
     const float cx = static_cast<float>(c.cx), cy = static_cast<float>(c.cy);
     ComparedPoints points;
-    int sampled = 0;
     for (int v = grid; v < c.height - grid; v += grid) {
         const float *z = from.z().row(v);
         const std::uint8_t *distance = from.edge_distance().row(v);
@@ -60,14 +58,12 @@ int visit_readings(const DepthSurface &from, const Intrinsics &c, int grid, cons
             points.z[i] = z[u];
             if (points.count == ComparedPoints::block) {
                 visit(points);
-                sampled += points.count;
                 points.count = 0;
             }
         }
     }
     if (points.count > 0)
         visit(points);
-    return sampled + points.count;
 }
 
 /// Normal equations of a fit's step, and how well it fits before.
@@ -76,7 +72,7 @@ struct Sums {
 
     WeightedProducts products; ///< of the derivatives and, last, the error
     std::array<int, DepthComparisons::bins + 1> histogram{};
-    int sampled = 0, compared = 0, inliers = 0;
+    int compared = 0, inliers = 0;
 
     Matrix6 information() const {
         Matrix6 H;
@@ -108,7 +104,7 @@ Sums compare_maps(const DepthSurface &from, const DepthSurface &to, const Intrin
     const ComparisonOptions options{.robust_width2 = robust_width2 * scale * scale};
     Sums sums;
     DepthComparisons block;
-    sums.sampled = visit_readings(from, camera, grid, [&](const ComparedPoints &points) {
+    visit_readings(from, camera, grid, [&](const ComparedPoints &points) {
         compare_points(points, to, camera, pose, options, block);
         add_products(block, Sums::columns, sums.products);
         for (const int bin : block.bin)
@@ -166,7 +162,6 @@ DepthFit refine_by_depth(const DepthSurface &from, const DepthSurface &to, const
         fit.pose = pose;
         fit.residual_scale = scale;
         fit.inlier_share = static_cast<float>(sums.inliers) / static_cast<float>(sums.compared);
-        fit.compared_share = static_cast<float>(sums.compared) / static_cast<float>(sums.sampled);
         if (i == options.iterations)
             break;
         Matrix6 H = independent_readings * sums.information() + start_information;

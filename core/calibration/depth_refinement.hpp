@@ -15,7 +15,6 @@ struct DepthFit {
     Pose pose;
     float residual_scale = 0; ///< median |z difference| / sensor sigma, as a Gaussian's sigma
     float inlier_share = 0;   ///< of the compared points: difference below 4 sensor sigmas
-    float compared_share = 0; ///< of the sampled points: seen with depth in both
     /// Mean of |z difference| / z of the compared points, each counting for 0.2 and for 12 times
     /// the residual scale at most; 0 if there are too few.
     float relative_error = 0;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "core/base/camera.hpp"
 #include "core/base/rigid_motion.hpp"
 #include "core/base/views.hpp"
 #include "core/surface/depth_surface.hpp"

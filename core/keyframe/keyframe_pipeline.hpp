@@ -2,7 +2,6 @@
 #pragma once
 
 #include "core/alignment/camera_motion.hpp"
-#include "core/base/camera.hpp"
 #include "core/base/worker_pool.hpp"
 #include "core/calibration/calibration_guard.hpp"
 #include "core/keyframe/depth_publication.hpp"

@@ -3,7 +3,6 @@
 
 #include "core/paper/grid_flow.hpp"
 
-#include <algorithm>
 #include <cassert>
 
 namespace afterglow {

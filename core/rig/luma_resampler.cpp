@@ -2,7 +2,6 @@
 #include "core/rig/luma_resampler.hpp"
 
 #include <cassert>
-#include <cmath>
 
 namespace afterglow {
 namespace {

@@ -5,7 +5,6 @@
 #include "core/base/image.hpp"
 #include "core/rig/pixel_places.hpp"
 
-#include <cstdint>
 #include <vector>
 
 namespace afterglow {

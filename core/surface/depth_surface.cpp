@@ -118,14 +118,12 @@ void DepthSurface::load(DepthView depth) {
         }
         row.by_column = bend_.data();
     }
-    int valid = 0;
     for (int v = 0; v < depth.height(); ++v) {
         const auto y = static_cast<float>((v - camera_.cy) / camera_.fy);
         row.millimetres = depth.row(v);
         row.by_row = share(shape[1] * y + shape[2] * y * y);
-        valid += load_row(row, units_, raw_.row(v));
+        load_row(row, units_, raw_.row(v));
     }
-    fill_ = static_cast<float>(valid) / static_cast<float>(smooth_.pixels().size());
 }
 
 // White noise of deviation s gives the second difference of three neighbours the deviation s
@@ -164,7 +162,7 @@ void DepthSurface::find_edges() {
     const int w = smooth_.width(), h = smooth_.height();
     const EdgeRule rule = {options_.edge_relative, noise_};
     float slope_sum = 0;
-    int slopes = 0, compared_rows = 0;
+    int slopes = 0;
     jump_sum_ = 0;
     jumps_ = 0;
     std::ranges::fill(distance_.pixels(), std::uint8_t{far_from_edge});
@@ -183,16 +181,9 @@ void DepthSurface::find_edges() {
         const Slopes down = find_slopes(row, below, v + 1 < h ? w : 0, rule, units_);
         slope_sum += across.sum + down.sum;
         slopes += across.pairs + down.pairs;
-        ++compared_rows;
     }
-    // Each pixel has two neighbours to be compared with; a shift in any direction crosses about
-    // two thirds of both kinds.
     edge_jump_ = jump_sum_ / static_cast<float>(std::max(1, jumps_));
     slope_ = slope_sum / static_cast<float>(std::max(1, slopes));
-    const float inside =
-        static_cast<float>(slopes) * static_cast<float>(h) / static_cast<float>(compared_rows);
-    variation_ =
-        1.3f * (jump_sum_ + slope_ * inside) / std::max(1.0f, static_cast<float>(jumps_) + inside);
 }
 
 /// Marks the edges at the pixels of a row that are flagged.

@@ -68,12 +68,8 @@ public:
     /// Pixels to the next depth edge (1 = on it), at most far_from_edge.
     ImageView<const std::uint8_t> edge_distance() const { return distance_; }
     const SurfacePieces &pieces() const { return pieces_; }
-    /// Share of all pixels that have depth.
-    float fill() const { return fill_; }
-    /// How much the depth changes from pixel to pixel: mean |dz| / z between neighbours, per pixel,
-    /// edges included. A shift of the map by s pixels costs about s times this (total variation).
-    float variation() const { return variation_; }
-    /// Mean |dz| / z across the depth edges alone, and inside surfaces alone.
+    /// How much the depth changes from pixel to pixel: mean |dz| / z between neighbours across the
+    /// depth edges, and inside surfaces.
     float edge_jump() const { return edge_jump_; }
     float slope() const { return slope_; }
     /// Depth step between neighbours that parts two surfaces, metres.
@@ -112,7 +108,7 @@ private:
     std::array<std::vector<std::int16_t>, 2> steps_; ///< of a row and the next
     Image<std::uint8_t> inside_;                     ///< 1 where a reading is not on an edge
     SurfacePieces pieces_;
-    float fill_ = 0, variation_ = 0, edge_jump_ = 0, slope_ = 0;
+    float edge_jump_ = 0, slope_ = 0;
     float jump_sum_ = 0;
     int jumps_ = 0;
     bool finished_ = true;

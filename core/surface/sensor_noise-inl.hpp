@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // SensorNoise for kernels. Included once for each instruction set, as core/base/lanes-inl.hpp is.
-#if defined(AFTERGLOW_CORE_KEYFRAME_SENSOR_NOISE_INL_HPP) == defined(HWY_TARGET_TOGGLE)
-#ifdef AFTERGLOW_CORE_KEYFRAME_SENSOR_NOISE_INL_HPP
-#undef AFTERGLOW_CORE_KEYFRAME_SENSOR_NOISE_INL_HPP
+#if defined(AFTERGLOW_CORE_SURFACE_SENSOR_NOISE_INL_HPP) == defined(HWY_TARGET_TOGGLE)
+#ifdef AFTERGLOW_CORE_SURFACE_SENSOR_NOISE_INL_HPP
+#undef AFTERGLOW_CORE_SURFACE_SENSOR_NOISE_INL_HPP
 #else
-#define AFTERGLOW_CORE_KEYFRAME_SENSOR_NOISE_INL_HPP
+#define AFTERGLOW_CORE_SURFACE_SENSOR_NOISE_INL_HPP
 #endif
 
 #include "core/surface/sensor_noise.hpp"

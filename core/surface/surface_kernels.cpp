@@ -9,7 +9,6 @@
 #include <cmath>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
-#include <numeric>
 
 // clang-format off: after Highway, once for each instruction set
 #include "core/base/lanes-inl.hpp"
@@ -21,7 +20,7 @@ HWY_BEFORE_NAMESPACE();
 namespace afterglow::HWY_NAMESPACE {
 namespace {
 
-int load(const ReadingRow &row, const DepthUnits &units, UnitDepth *HWY_RESTRICT z) {
+void load(const ReadingRow &row, const DepthUnits &units, UnitDepth *HWY_RESTRICT z) {
     const ReadingRow in = row; // a copy, which nothing written here can change
     const Units d;
     const hn::RebindToUnsigned<Units> du;
@@ -29,7 +28,6 @@ int load(const ReadingRow &row, const DepthUnits &units, UnitDepth *HWY_RESTRICT
     const auto most = hn::Set(du, static_cast<std::uint16_t>(32767 / per_millimetre));
     const auto nearest = hn::Set(d, in.nearest), farthest = hn::Set(d, in.farthest);
     const auto by_row = hn::Set(d, in.by_row);
-    auto none = hn::Zero(d); // -1 for each reading left out; a row has fewer than 2^15 vectors
     const auto block = [&](const std::uint16_t *millimetres,
                            const std::int16_t *by_column) HWY_ATTR {
         const auto whole = hn::BitCast(d, hn::Min(hn::LoadU(du, millimetres), most));
@@ -39,7 +37,6 @@ int load(const ReadingRow &row, const DepthUnits &units, UnitDepth *HWY_RESTRICT
             depth = hn::SaturatedAdd(depth, hn::MulFixedPoint15(depth, share));
         }
         const auto outside = hn::Or(hn::Lt(depth, nearest), hn::Gt(depth, farthest));
-        none = hn::Add(none, hn::VecFromMask(d, outside));
         return hn::IfThenZeroElse(outside, depth);
     };
     int i = 0;
@@ -52,12 +49,8 @@ int load(const ReadingRow &row, const DepthUnits &units, UnitDepth *HWY_RESTRICT
         if (in.by_column != nullptr)
             std::copy(in.by_column + i, in.by_column + in.count, by_column.begin());
         hn::StoreU(block(rest.data(), in.by_column ? by_column.data() : nullptr), d, depths.data());
-        std::copy_n(depths.begin(), in.count - i, z + i); // the rest is nearer than the nearest
-        i += lanes;
+        std::copy_n(depths.begin(), in.count - i, z + i);
     }
-    std::array<std::int16_t, lanes> of_lanes;
-    hn::StoreU(none, d, of_lanes.data());
-    return std::accumulate(of_lanes.begin(), of_lanes.end(), i);
 }
 
 void steps(const UnitDepth *HWY_RESTRICT z, int count, float edge_relative,
@@ -173,8 +166,8 @@ HWY_EXPORT(cracks_of_row);
 
 } // namespace
 
-int load_row(const ReadingRow &in, const DepthUnits &units, UnitDepth *z) {
-    return HWY_DYNAMIC_DISPATCH(load)(in, units, z);
+void load_row(const ReadingRow &in, const DepthUnits &units, UnitDepth *z) {
+    HWY_DYNAMIC_DISPATCH(load)(in, units, z);
 }
 
 void find_steps(const UnitDepth *z, int count, float edge_relative,

@@ -18,8 +18,8 @@ struct ReadingRow {
     std::int16_t by_row;
     UnitDepth nearest, farthest;
 };
-/// The depths, 0 = none. Returns how many there are. Real-time safe.
-int load_row(const ReadingRow &in, const DepthUnits &units, UnitDepth *z);
+/// The depths, 0 = none. Real-time safe.
+void load_row(const ReadingRow &in, const DepthUnits &units, UnitDepth *z);
 
 /// What parts two surfaces: a step between neighbours of more than `edge_relative` of the nearer
 /// depth and three sigmas of noise.

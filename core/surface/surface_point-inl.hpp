@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // Points of a surface in vectors. Included once for each instruction set, like lanes-inl.hpp.
-#if defined(AFTERGLOW_CORE_KEYFRAME_SURFACE_POINT_INL_HPP) == defined(HWY_TARGET_TOGGLE)
-#ifdef AFTERGLOW_CORE_KEYFRAME_SURFACE_POINT_INL_HPP
-#undef AFTERGLOW_CORE_KEYFRAME_SURFACE_POINT_INL_HPP
+#if defined(AFTERGLOW_CORE_SURFACE_SURFACE_POINT_INL_HPP) == defined(HWY_TARGET_TOGGLE)
+#ifdef AFTERGLOW_CORE_SURFACE_SURFACE_POINT_INL_HPP
+#undef AFTERGLOW_CORE_SURFACE_SURFACE_POINT_INL_HPP
 #else
-#define AFTERGLOW_CORE_KEYFRAME_SURFACE_POINT_INL_HPP
+#define AFTERGLOW_CORE_SURFACE_SURFACE_POINT_INL_HPP
 #endif
 
 #include "core/surface/surface_point.hpp"

@@ -2,11 +2,11 @@
 //
 // Depths in the units of a map, in vectors of 16 bits. Included once for each instruction set, like
 // lanes-inl.hpp.
-#if defined(AFTERGLOW_CORE_KEYFRAME_UNIT_DEPTHS_INL_HPP) == defined(HWY_TARGET_TOGGLE)
-#ifdef AFTERGLOW_CORE_KEYFRAME_UNIT_DEPTHS_INL_HPP
-#undef AFTERGLOW_CORE_KEYFRAME_UNIT_DEPTHS_INL_HPP
+#if defined(AFTERGLOW_CORE_SURFACE_UNIT_DEPTHS_INL_HPP) == defined(HWY_TARGET_TOGGLE)
+#ifdef AFTERGLOW_CORE_SURFACE_UNIT_DEPTHS_INL_HPP
+#undef AFTERGLOW_CORE_SURFACE_UNIT_DEPTHS_INL_HPP
 #else
-#define AFTERGLOW_CORE_KEYFRAME_UNIT_DEPTHS_INL_HPP
+#define AFTERGLOW_CORE_SURFACE_UNIT_DEPTHS_INL_HPP
 #endif
 
 #include "core/surface/unit_depth.hpp"
@@ -32,10 +32,6 @@ template <class V>
 HWY_API V upper_half(V value) {
     return value;
 }
-template <class V>
-HWY_API V combined(V /*upper*/, V lower) {
-    return lower;
-}
 #else
 inline constexpr int lanes = 8;
 using Units = hn::CappedTag<std::int16_t, lanes>;
@@ -47,10 +43,6 @@ HWY_API auto lower_half(V value) {
 template <class V>
 HWY_API auto upper_half(V value) {
     return hn::UpperHalf(HalfUnits(), value);
-}
-template <class V>
-HWY_API auto combined(V upper, V lower) {
-    return hn::Combine(Units(), upper, lower);
 }
 #endif
 using HalfInts = hn::Rebind<std::int32_t, HalfUnits>;

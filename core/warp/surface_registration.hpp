@@ -5,8 +5,6 @@
 #include "core/surface/depth_surface.hpp"
 #include "core/warp/warp.hpp"
 
-#include <Eigen/Core>
-
 #include <memory>
 
 namespace afterglow {

@@ -4,7 +4,6 @@
 #include "core/surface/surface_point.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 #include <numbers>
 

@@ -9,10 +9,7 @@
 #include "core/warp/mapped_tile.hpp"
 #include "core/warp/surface_projection.hpp"
 
-#include <Eigen/Core>
-
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>

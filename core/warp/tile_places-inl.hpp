@@ -2,11 +2,11 @@
 //
 // Where pixels of a mapped tile are on the surface, in vectors. Included once for each instruction
 // set, like lanes-inl.hpp.
-#if defined(AFTERGLOW_CORE_KEYFRAME_TILE_PLACES_INL_HPP) == defined(HWY_TARGET_TOGGLE)
-#ifdef AFTERGLOW_CORE_KEYFRAME_TILE_PLACES_INL_HPP
-#undef AFTERGLOW_CORE_KEYFRAME_TILE_PLACES_INL_HPP
+#if defined(AFTERGLOW_CORE_WARP_TILE_PLACES_INL_HPP) == defined(HWY_TARGET_TOGGLE)
+#ifdef AFTERGLOW_CORE_WARP_TILE_PLACES_INL_HPP
+#undef AFTERGLOW_CORE_WARP_TILE_PLACES_INL_HPP
 #else
-#define AFTERGLOW_CORE_KEYFRAME_TILE_PLACES_INL_HPP
+#define AFTERGLOW_CORE_WARP_TILE_PLACES_INL_HPP
 #endif
 
 #include "core/base/lanes-inl.hpp"

@@ -266,8 +266,7 @@ TEST_CASE("readings become depths in vectors as one by one") {
                                         static_cast<UnitDepth>(0.1f * units.per_metre()),
                                         static_cast<UnitDepth>(farthest * units.per_metre())};
                 std::vector<UnitDepth> z(static_cast<std::size_t>(count) + 1, UnitDepth{-1});
-                const int found = load_row(row, units, z.data());
-                int valid = 0;
+                load_row(row, units, z.data());
                 for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
                     int depth = std::min<int>(millimetres[i], 32767 / units.per_millimetre()) *
                                 units.per_millimetre();
@@ -276,9 +275,7 @@ TEST_CASE("readings become depths in vectors as one by one") {
                     const bool ok = depth >= row.nearest && depth <= row.farthest;
                     CAPTURE(farthest, bent, count, i, depth);
                     REQUIRE(z[i] == (ok ? depth : 0));
-                    valid += ok;
                 }
-                CHECK(found == valid);
                 CHECK(z.back() == -1);
             }
 }
