@@ -16,8 +16,8 @@ enum class Method : std::uint8_t {
     keyframe = 1, ///< ours: alignment with measured keyframes (core/keyframe/keyframe_pipeline.hpp)
 };
 
-/// What the estimator is made of, and its constants. The defaults of `flow` and `ransac` are the
-/// Noraky & Sze 2019's.
+/// What the estimator is made of, and its constants. The defaults of `flow` and `ransac` are those
+/// of Noraky & Sze 2019.
 struct EstimatorOptions {
     Method method = Method::keyframe;
     // Of Method::paper.

@@ -10,8 +10,8 @@ namespace afterglow {
 constexpr int widest_crack_px = 2;
 
 /// Calls visit(before, after, share) for each of the four directions in which a pixel lies between
-/// two others that are there, less than `widest` pixels (1 or 2) of a map apart from each other:
-/// their offsets in the map from the pixel, and how far it is from the first to the second, 0 to 1.
+/// two others that are there, with at most `widest` pixels (1 or 2) of a map between them: their
+/// offsets in the map from the pixel, and how far it is from the first to the second, 0 to 1.
 template <class There, class Visit>
 void for_each_pair_across(std::ptrdiff_t stride, int widest, const There &there,
                           const Visit &visit) {

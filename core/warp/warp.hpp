@@ -28,7 +28,7 @@ struct WarpOptions {
 ///
 /// On mapped tiles of the view each pixel looks up its point on the surface (TileMapping). On
 /// others, at the border of the view, or if `edges_hide` where points hide others, they are
-/// reprojected forwards (Noraky & Sze 2019 Eq. 9 of the reprojection section): each lands on the
+/// reprojected forwards (Noraky & Sze 2019, Eq. 7): each lands on the
 /// pixel nearest to its projection, its depth moved to that pixel's centre along the surface's own
 /// slope; of several, the nearest wins. The minimum does not depend on order, so the result is the
 /// same whatever the number of workers.
