@@ -82,12 +82,10 @@ void MotionMask::find(const AlignmentTemplate &reference, const Pyramid &image,
         const auto count = static_cast<std::size_t>(end - first);
         find_points(points, first, end, grey, reference.camera(level), alignment, seen);
         for (std::size_t i = 0; i < count; ++i) {
-            shown[i] = nullptr;
-            if (seen.grey[i] < 0)
-                continue;
             const auto whole = [&](float at) { return static_cast<int>(at) << level; };
             const Eigen::Vector2i at =
                 published_pixel(whole(seen.u[i]), whole(seen.v[i]), seen.depth[i]);
+            shown[i] = nullptr;
             if (!composed.contains(at.x(), at.y()))
                 continue;
             shown[i] = &composed(at.x(), at.y());
