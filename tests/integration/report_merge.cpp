@@ -119,7 +119,8 @@ TEST_CASE("a report that the disk does not take leaves the old one and says why"
     std::filesystem::create_symlink("/dev/full", page + ".part");
     const Ended merged = run({"afterglow-eval", "merge", job, "--out", out});
     CHECK(merged.code == 1);
-    CHECK(merged.errors == "afterglow-eval: " + page + ".part: No space left on device\n");
+    CHECK(merged.errors ==
+          "afterglow-eval: " + page + ".part cannot be written: No space left on device\n");
     CHECK(read(page) == "the old page");
     CHECK_FALSE(std::filesystem::exists(page + ".part"));
 }
