@@ -50,10 +50,18 @@ int Link::create(const Options &options) {
 
 int Link::watch(int fd, std::uint32_t events) {
     epoll_event event = {events, {.fd = fd}};
-    // A descriptor that was closed has left by itself, and its number may have come back.
     if (::epoll_ctl(epoll_.get(), EPOLL_CTL_MOD, fd, &event) == 0)
         return 0;
     return ::epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, fd, &event) == 0 ? 0 : -errno;
+}
+
+void Link::close() {
+    // What a child that was forked has open, too, would not leave by being closed.
+    for (const int fd : {socket_.get(), call_.fd()})
+        if (fd >= 0)
+            ::epoll_ctl(epoll_.get(), EPOLL_CTL_DEL, fd, nullptr);
+    call_.cancel();
+    socket_ = UniqueFd();
 }
 
 void Link::set_timer(std::uint64_t due_us) {
@@ -94,8 +102,7 @@ void Link::adopt(UniqueFd socket) {
 void Link::end(int error) {
     state_ = State::ended;
     problem_ = error;
-    call_.cancel();
-    socket_ = UniqueFd();
+    close();
     set_timer(at_once_us); // whoever waits is to find out
 }
 
@@ -107,8 +114,7 @@ Link::Event Link::lose(int error) {
     }
     state_ = State::waiting;
     problem_ = error;
-    call_.cancel();
-    socket_ = UniqueFd();
+    close();
     const std::uint64_t now = now_us();
     if (lost_us_ == 0)
         lost_us_ = now;
@@ -131,7 +137,7 @@ Link::Event Link::next() {
         if (result < 0)
             return lose(result);
         if (socket) {
-            call_.cancel();
+            close();
             adopt(std::move(socket));
         }
     }

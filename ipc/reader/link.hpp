@@ -58,6 +58,8 @@ private:
 
     /// Asks for another stream later, or ends it.
     Event lose(int error);
+    /// Closes the socket and breaks off the call.
+    void close();
     /// 0 or a negative errno, as watch_call().
     int watch(int fd, std::uint32_t events);
     int watch_call();

@@ -13,6 +13,9 @@
 namespace afterglow {
 namespace {
 
+/// Of a D-Bus call; Link bounds it.
+constexpr std::uint64_t no_deadline = std::numeric_limits<std::uint64_t>::max();
+
 /// The errors that afterglow_open() documents; the rest is as libsystemd maps it, but for those
 /// that have a meaning of their own here and are nobody else's to say.
 int to_errno(const sd_bus_error &error) {
@@ -70,7 +73,7 @@ int OpenCall::start(const char *bus, const StreamOptions &options, bool start_da
     if (error >= 0)
         error = append(made, options);
     if (error >= 0)
-        error = sd_bus_call_async(bus_.get(), nullptr, made, on_answer, this, 0);
+        error = sd_bus_call_async(bus_.get(), nullptr, made, on_answer, this, no_deadline);
     return std::min(error, 0);
 }
 
@@ -106,9 +109,7 @@ void OpenCall::cancel() {
 
 std::uint64_t OpenCall::deadline_us() const {
     std::uint64_t deadline = 0;
-    return sd_bus_get_timeout(bus_.get(), &deadline) > 0
-               ? deadline
-               : std::numeric_limits<std::uint64_t>::max();
+    return sd_bus_get_timeout(bus_.get(), &deadline) > 0 ? deadline : no_deadline;
 }
 
 } // namespace afterglow

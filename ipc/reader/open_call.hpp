@@ -28,8 +28,8 @@ public:
     /// Breaks off what is under way.
     void cancel();
 
-    // What to wait for, while process() says -EINPROGRESS.
-    int fd() const { return sd_bus_get_fd(bus_.get()); }
+    // What to wait for, while process() says -EINPROGRESS; fd() is negative while there is no call.
+    int fd() const { return bus_ ? sd_bus_get_fd(bus_.get()) : -1; }
     int events() const { return sd_bus_get_events(bus_.get()); }
     /// CLOCK_MONOTONIC, microseconds; UINT64_MAX: only for events.
     std::uint64_t deadline_us() const;

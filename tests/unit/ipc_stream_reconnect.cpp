@@ -5,15 +5,21 @@
 #include "tests/private_bus.hpp"
 #include "tests/test_ring.hpp"
 
+#include <sys/socket.h>
+#include <sys/wait.h>
 #include <systemd/sd-event.h>
 
 #include <atomic>
 #include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <ctime>
 #include <functional>
 #include <memory>
 #include <poll.h>
 #include <string>
 #include <thread>
+#include <unistd.h>
 
 using namespace afterglow;
 using namespace afterglow::test;
@@ -205,6 +211,40 @@ TEST_CASE("with RECONNECT a stream goes on with the next daemon, and says so onc
     }
     CHECK(afterglow_read_latest(other.get(), nullptr, nullptr, 0) == 0);
     CHECK(afterglow_wait(other.get(), -1) == -EPIPE);
+}
+
+TEST_CASE("with RECONNECT a stream that a child process has, too, waits without work", "[ipc]") {
+    const PrivateBus bus;
+    auto daemon = std::make_unique<FakeDaemon>(bus.address());
+    int error = 0;
+    const Stream stream = open_on(bus.address(), AFTERGLOW_RECONNECT, error);
+    REQUIRE(error == 0);
+    const pid_t child = ::fork();
+    if (child == 0) {
+        // The daemon's ends are to close with the daemon: those with hardly any room to send.
+        for (int fd = 3; fd < 1024; ++fd) {
+            int room = 0;
+            socklen_t size = sizeof room;
+            if (::getsockopt(fd, SOL_SOCKET, SO_SNDBUF, &room, &size) == 0 && room < 10'000)
+                ::close(fd);
+        }
+        ::pause();
+        ::_exit(0);
+    }
+    REQUIRE(child > 0);
+    daemon.reset();
+    CHECK(afterglow_wait(stream.get(), 0) == -EINPROGRESS);
+    const auto used = [] {
+        timespec time{};
+        ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+        return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
+    };
+    const auto before = used();
+    const auto start = std::chrono::steady_clock::now();
+    CHECK(afterglow_wait(stream.get(), 500) == -ETIMEDOUT);
+    CHECK(2 * (used() - before) < std::chrono::steady_clock::now() - start);
+    ::kill(child, SIGKILL);
+    ::waitpid(child, nullptr, 0);
 }
 
 TEST_CASE("with RECONNECT a revoked stream stays revoked", "[ipc]") {
