@@ -322,8 +322,10 @@ int DepthService::set_policy(const char *property, sd_bus_message *value, sd_bus
 
 void DepthService::apply_policy() {
     const GatePolicy before = std::exchange(effective_, requests_.strictest(policy_.gate()));
-    if (effective_ == before)
+    if (effective_ == before) {
+        situation_changed(); // there may be a request that nobody has judged yet
         return;
+    }
     situation_.mode = effective_.mode;
     if (effective_.mode != before.mode)
         changed("EffectiveMode");

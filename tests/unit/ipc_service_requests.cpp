@@ -187,6 +187,22 @@ TEST_CASE("a request that cannot be kept says so, and why", "[ipc]") {
     CHECK(listed()[1] == "mode 0 0 always-on 'm' not kept: mode off rules");
 }
 
+TEST_CASE("a request that changes nothing is judged, too", "[ipc]") {
+    BusService daemon;
+    const std::string address = daemon.bus.address();
+    daemon.service.cameras_changed({CameraState::asleep, CameraState::asleep});
+    UniqueFd strict, loose;
+    daemon.serve([&] {
+        Client client(address);
+        strict = client.hold("RequestAccuracy", "dus", 1.0, 0U, "a");
+        loose = client.hold("RequestAccuracy", "dus", 2.0, 0U, "b");
+        return 0;
+    });
+    CHECK(daemon.serve([&] { return requests(address); }) ==
+          std::vector<std::string>{"accuracy 1 0  'a' not kept: nobody reads, the cameras sleep",
+                                   "accuracy 2 0  'b' not kept: nobody reads, the cameras sleep"});
+}
+
 TEST_CASE("a request ends with the connection that holds it, killed or not", "[ipc]") {
     BusService daemon;
     const std::string address = daemon.bus.address();
