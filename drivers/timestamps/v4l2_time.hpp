@@ -25,14 +25,18 @@ private:
 /// stamps of this stream are ignored, and a frame's end is taken to be its arrival.
 class FrameClock {
 public:
-    explicit FrameClock(std::int64_t period_ns = 0) : period_ns_(period_ns) {}
+    /// `started_ns`: CLOCK_MONOTONIC when the stream was started. What is later may have waited for
+    /// its reader, however long.
+    explicit FrameClock(std::int64_t period_ns = 0, std::optional<std::int64_t> started_ns = {})
+        : period_ns_(period_ns), previous_ns_(started_ns) {}
 
     /// `now_ns`: CLOCK_MONOTONIC as the buffer was dequeued.
     std::int64_t capture_time(const v4l2_buffer &buffer, std::int64_t now_ns);
+    bool believes_stamps() const { return stamps_believed_; }
 
 private:
     std::int64_t period_ns_;
-    std::optional<std::int64_t> previous_ns_; ///< the stamp of the frame before
+    std::optional<std::int64_t> previous_ns_; ///< the stamp of the frame before, or the start
     bool stamps_believed_ = true;
 };
 

@@ -11,8 +11,15 @@
 #include <cerrno>
 #include <cstring>
 #include <poll.h>
+#include <utility>
 
 namespace afterglow::v4l2 {
+namespace {
+
+/// A frame without a stamp may have waited for its reader for so long, or two frame periods.
+constexpr std::int64_t longest_wait_ns = 100'000'000;
+
+} // namespace
 
 Result<FrameLayout> Stream::start() {
     stop();
@@ -32,7 +39,8 @@ Result<FrameLayout> Stream::start() {
     queue_.emplace(*std::move(queue));
     begun_ = false;
     count_ = FrameCount();
-    clock_ = FrameClock(layout->period_ns);
+    clock_ = FrameClock(layout->period_ns, calls_.now_ns());
+    filled_after_ns_ = calls_.now_ns();
     period_ns_ = layout->period_ns;
     allow(timeouts_.first_frame);
     return layout;
@@ -50,15 +58,20 @@ Capture Stream::next(RawFrame &frame, std::chrono::nanoseconds timeout) {
     v4l2_buffer buffer = {};
     for (;;) {
         if (queue_->dequeue(buffer)) {
-            if (begun_)
-                return accept(buffer, frame);
-            begun_ = true;
-            if (!queue_->queue(buffer.index))
+            if (std::exchange(begun_, true)) {
+                const Capture capture = accept(buffer, frame);
+                if (capture != Capture::frame || has_time())
+                    return capture;
+                release();
+            } else if (!queue_->queue(buffer.index)) {
                 return lost(errno);
+            }
         } else if (errno != EAGAIN) {
             return lost(errno);
-        } else if (const std::optional<Capture> end = wait(deadline_ns)) {
-            return *end;
+        } else {
+            filled_after_ns_ = calls_.now_ns();
+            if (const std::optional<Capture> end = wait(deadline_ns))
+                return *end;
         }
     }
 }
@@ -90,11 +103,23 @@ Capture Stream::accept(const v4l2_buffer &first, RawFrame &frame) {
     }
     held_ = buffer.index;
     allow(timeouts_.next_frame);
+    if ((buffer.flags & V4L2_BUF_FLAG_ERROR) != 0) { // its stamp may be as wrong
+        release();
+        return damaged("the driver marks its data as corrupt");
+    }
     frame = {queue_->bytes(buffer), clock_.capture_time(buffer, calls_.now_ns()), sequence};
-    if ((buffer.flags & V4L2_BUF_FLAG_ERROR) == 0)
-        return Capture::frame;
-    release();
-    return damaged("the driver marks its data as corrupt");
+    return Capture::frame;
+}
+
+/// Whether it is known when the frame just taken was captured. Without a stamp that is its arrival,
+/// and one that has waited in the driver's queue could have arrived long ago.
+bool Stream::has_time() {
+    const std::int64_t now_ns = calls_.now_ns();
+    if (backlog_ == Backlog::in_order && !clock_.believes_stamps() &&
+        now_ns - filled_after_ns_ > std::max(longest_wait_ns, 2 * period_ns_))
+        return false;
+    filled_after_ns_ = now_ns; // those behind it are later
+    return true;
 }
 
 void Stream::allow(std::chrono::nanoseconds silence) {

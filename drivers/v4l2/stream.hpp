@@ -66,6 +66,7 @@ private:
     Capture accept(const v4l2_buffer &first, RawFrame &frame);
     /// Waits until a frame may be there (nothing), the time is over, or the camera lost.
     std::optional<Capture> wait(std::int64_t deadline_ns);
+    bool has_time();
     Capture lost(int code);
     /// Gives the camera so much time, or three of its frames, from now on.
     void allow(std::chrono::nanoseconds silence);
@@ -82,7 +83,8 @@ private:
     FrameCount count_;
     FrameClock clock_;
     std::int64_t period_ns_ = 0;
-    std::int64_t stuck_at_ns_ = 0; ///< if nothing comes before
+    std::int64_t filled_after_ns_ = 0; ///< what is in the driver's queue arrived later
+    std::int64_t stuck_at_ns_ = 0;     ///< if nothing comes before
     std::string problem_;
 };
 

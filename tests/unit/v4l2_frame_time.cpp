@@ -97,6 +97,16 @@ TEST_CASE("V4L2 frames that waited for their reader keep their capture times") {
     CHECK(clock.capture_time(stamped(back, flags), back) == back);
 }
 
+TEST_CASE("the first V4L2 frame of a stream may have waited since the stream's start") {
+    const auto flags = monotonic | V4L2_BUF_FLAG_TSTAMP_SRC_SOE;
+    const std::int64_t started = 100 * second, back = started + 20 * second;
+    FrameClock clock(period, started);
+    CHECK(clock.capture_time(stamped(started + second, flags), back) == started + second);
+    CHECK(clock.capture_time(stamped(back, flags), back) == back);
+    FrameClock wrong(period, started); // another clock, long past
+    CHECK(wrong.capture_time(stamped(5 * second, flags), back) == back - period);
+}
+
 TEST_CASE("a V4L2 timestamp in the far future is replaced by the arrival time") {
     FrameClock clock(period);
     const auto buffer = stamped(4'294'967'290 * second, monotonic);

@@ -114,6 +114,45 @@ TEST_CASE("depth maps of a V4L2 camera come in order, oldest first") {
     CHECK((*source)->read(frame, 0ns) == Capture::none);
 }
 
+TEST_CASE("V4L2 maps without stamps that waited for long in the driver's queue are dropped") {
+    FakeV4l2 kernel;
+    kernel.formats = {{V4L2_PIX_FMT_Z16, 4, 2, 30, 2}};
+    auto source = open_v4l2_tof(tof_options(), kernel);
+    REQUIRE(source);
+    REQUIRE((*source)->start());
+    DepthFrame frame{DepthMap(4, 2)};
+    std::uint32_t number = 0;
+    const auto give = [&](int maps) {
+        for (int i = 0; i < maps; ++i, ++number)
+            kernel.frames.push_back(
+                {std::vector<std::uint8_t>(16, 1), 0, number, V4L2_BUF_FLAG_TIMESTAMP_UNKNOWN});
+    };
+    give(3);
+    kernel.now += 5'000'000'000; // in the dark
+    CHECK((*source)->read(frame, 0ns) == Capture::none);
+    for (int read = 0; read < 2; ++read) {
+        kernel.now += period_ns;
+        give(1);
+        REQUIRE((*source)->read(frame, 0ns) == Capture::frame);
+        CHECK(frame.t_ns == kernel.now - period_ns);
+        CHECK(frame.sequence == number - 1);
+    }
+}
+
+TEST_CASE("a corrupt V4L2 map without a stamp does not end the belief in stamps") {
+    FakeV4l2 kernel;
+    kernel.formats = {{V4L2_PIX_FMT_Z16, 4, 2, 30, 2}};
+    auto source = open_v4l2_tof(tof_options(), kernel);
+    REQUIRE(source);
+    REQUIRE((*source)->start());
+    DepthFrame frame{DepthMap(4, 2)};
+    kernel.frames.push_back({{}, 0, 0, V4L2_BUF_FLAG_ERROR});
+    CHECK((*source)->read(frame, 0ns) == Capture::damaged);
+    kernel.frames.push_back({std::vector<std::uint8_t>(16, 1), kernel.now - 5'000'000, 1});
+    REQUIRE((*source)->read(frame, 0ns) == Capture::frame);
+    CHECK(frame.t_ns == kernel.now - 5'000'000);
+}
+
 TEST_CASE("a V4L2 TOF camera with the light off may be silent without a timeout") {
     FakeV4l2 kernel;
     kernel.formats = {{V4L2_PIX_FMT_Z16, 4, 2, 30, 2}};
