@@ -147,7 +147,8 @@ private:
         if (!problems_.empty())
             return;
         for (const auto &[key, other, sentence] : table_.conflicts())
-            problem(std::max(place_of(key), place_of(other)), key, sentence);
+            if (!config_.calibration.rig || !is_of_calibration_file(key)) // which has its own rules
+                problem(std::max(place_of(key), place_of(other)), key, sentence);
     }
 
     void check_drivers() {

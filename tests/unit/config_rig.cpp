@@ -193,6 +193,15 @@ TEST_CASE("the published camera is one of the rig's or a pinhole of one's own", 
     CHECK_FALSE(own.publishes_tof());
 }
 
+TEST_CASE("a calibration file may have its principal point beside the picture", "[config]") {
+    Folder folder;
+    RigCalibration beside = test_rig();
+    beside.color = {.pinhole = beside.color.pinhole};
+    beside.color.pinhole.cx = beside.color.pinhole.width + 10.0;
+    folder.write_rig(beside);
+    CHECK(folder.problems(room + rig).empty());
+}
+
 TEST_CASE("a published camera that is not whole is refused", "[config]") {
     Folder folder;
     for (const std::string camera : {"tof", "pinhole"})
