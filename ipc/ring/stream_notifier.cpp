@@ -207,8 +207,7 @@ Status StreamNotifier::update() {
     ::eventfd_t count = 0;
     ::eventfd_read(event_.get(), &count);
     ring_.collect();
-    if (Status renewed = renew_if_due(); !renewed)
-        return renewed;
+    const Status renewed = renew_if_due();
     std::vector<UniqueFd> expensive; // closed when the lock is not held
     const std::lock_guard lock(mutex_);
     expensive.swap(expensive_);
@@ -217,7 +216,7 @@ Status StreamNotifier::update() {
                                  "datagrams, which took the time of the others",
                                  refusals_.front().user),
                      EDQUOT};
-    return ok();
+    return renewed;
 }
 
 Status StreamNotifier::renew_if_due() {
@@ -303,6 +302,7 @@ bool StreamNotifier::turn(std::span<const epoll_event> events) {
     bool news = frame;
     if (frame || memory_pending_)
         announce_to_all(head - 1, frame);
+    news = news || !expensive_.empty();
     // Asked anew: the place of a stream that has ended may have a new one by now.
     for (const epoll_event &event : events)
         if (auto *stream = static_cast<Stream *>(event.data.ptr);
