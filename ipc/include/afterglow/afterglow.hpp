@@ -103,8 +103,8 @@ public:
                       (options.reconnect ? unsigned{AFTERGLOW_RECONNECT} : 0U) |
                       (options.confidence ? unsigned{AFTERGLOW_CONFIDENCE} : 0U);
         given.bus = options.bus.c_str();
-        given.timeout_ms = static_cast<std::uint32_t>(options.timeout.count());
-        given.interval_ms = static_cast<std::uint32_t>(options.interval.count());
+        given.timeout_ms = milliseconds_of(options.timeout);
+        given.interval_ms = milliseconds_of(options.interval);
         afterglow_stream *opened = nullptr;
         check(afterglow_open(&given, &opened));
         stream_.reset(opened);
@@ -188,6 +188,11 @@ private:
         std::vector<std::uint64_t> pixels; ///< words, so that all pixels are aligned
     };
     explicit Stream(afterglow_stream *stream) : stream_(stream) {}
+
+    static std::uint32_t milliseconds_of(std::chrono::milliseconds time) {
+        check(time.count() < 0 || time.count() > INT_MAX ? -EINVAL : 0);
+        return static_cast<std::uint32_t>(time.count());
+    }
 
     static void check(int error) {
         if (error < 0)
