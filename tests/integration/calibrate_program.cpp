@@ -13,7 +13,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <csignal>
+#include <filesystem>
 #include <string>
+#include <vector>
 
 using namespace afterglow;
 
@@ -126,6 +129,34 @@ real_time = false
                              "--board", board_text});
     CHECK(again.code == 1);
     CHECK(has(again.errors, "holds captures already"));
+}
+
+TEST_CASE("afterglow-calibrate capture can be stopped, and begun again in the same folder") {
+    const TemporaryFolder folder;
+    const std::string config = folder.write("afterglowd.toml", R"([color]
+driver = "synthetic"
+[tof]
+driver = "synthetic"
+[illuminator]
+driver = "synthetic"
+)");
+    const std::string captures = folder / "captures";
+    const std::vector<std::string> command = {
+        "afterglow-calibrate", "capture", "--config", config, "-o", captures, "--moving", "2.5"};
+    for (const int signal : {SIGTERM, SIGHUP}) {
+        Program program(command);
+        REQUIRE(wait_until([&] { return has(program.output(), "no board") || !program.runs(); }));
+        program.signal(signal);
+        CHECK(program.wait() == 1);
+        CHECK(has(program.errors(), "stopped with 0 views"));
+    }
+    const Ended absent = run({"afterglow-calibrate", "capture", "--config",
+                              folder.write("absent.toml", "[color]\ndriver = \"replay\"\n[tof]\n"
+                                                          "driver = \"replay\"\n[replay]\n"
+                                                          "path = \"/nowhere\"\n"),
+                              "-o", folder / "none"});
+    CHECK(absent.code == 1);
+    CHECK_FALSE(std::filesystem::exists(folder / "none"));
 }
 
 TEST_CASE("afterglow-calibrate print-board draws at true scale") {

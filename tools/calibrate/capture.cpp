@@ -33,9 +33,17 @@ struct Arguments {
 constexpr double covered = 0.75;
 constexpr std::size_t fewest_views = 8;
 
-volatile std::sig_atomic_t interrupts = 0;
-void interrupted(int) {
-    interrupts = interrupts + 1;
+volatile std::sig_atomic_t interrupted = 0; ///< by Ctrl-C: this step ends
+volatile std::sig_atomic_t stopped = 0;     ///< the program ends
+
+/// Who ends the program must not leave the light on.
+void obey_signals() {
+    struct sigaction action = {};
+    action.sa_handler = [](int) { interrupted = 1; };
+    ::sigaction(SIGINT, &action, nullptr);
+    action.sa_handler = [](int) { stopped = 1; };
+    for (const int signal : {SIGTERM, SIGHUP})
+        ::sigaction(signal, &action, nullptr);
 }
 
 double seconds(std::int64_t ns) {
@@ -62,7 +70,7 @@ Result<bool> capture_stills(CameraFeed &feed, CapturesWriter &writer, const Boar
     Coverage in_tof(tof.depth.width(), tof.depth.height());
     std::int64_t last_ns = 0;
     const char *said = "";
-    while (interrupts == 0) {
+    while (interrupted == 0 && stopped == 0) {
         const Result<bool> more = feed.next();
         if (!more)
             return more.error();
@@ -111,6 +119,8 @@ Result<bool> capture_stills(CameraFeed &feed, CapturesWriter &writer, const Boar
         if (enough || views.count() >= 2 * static_cast<std::size_t>(arguments.views))
             return true;
     }
+    if (stopped != 0)
+        return Error{fmt::format("stopped with {} views", views.count())};
     if (views.count() < fewest_views)
         return Error{
             fmt::format("ended with {} views; {} are the least", views.count(), fewest_views)};
@@ -123,7 +133,8 @@ struct MovingTof {
     Image<std::uint16_t> amplitude;
 };
 
-/// Records all frames for some time: in memory, because files take longer than frames.
+/// Records all frames for some time, or until a signal: in memory, because files take longer than
+/// frames.
 Status capture_moving(CameraFeed &feed, CapturesWriter &writer, double moving_s) {
     const ColorFrame &color = feed.color();
     const DepthFrame &tof = feed.tof();
@@ -133,7 +144,9 @@ Status capture_moving(CameraFeed &feed, CapturesWriter &writer, double moving_s)
     };
     std::vector<MovingColor> images;
     std::vector<MovingTof> maps;
-    while (images.empty() || seconds(color.t_ns - images.front().t_ns) < moving_s) {
+    interrupted = 0;
+    while (interrupted == 0 && stopped == 0 &&
+           (images.empty() || seconds(color.t_ns - images.front().t_ns) < moving_s)) {
         const Result<bool> more = feed.next();
         if (!more)
             return more.error();
@@ -160,19 +173,18 @@ Result<int> capture(const Arguments &arguments) {
     const Result<Config> config = load_config(arguments.config);
     if (!config)
         return config.error();
-    Result<CapturesWriter> writer = CapturesWriter::create(arguments.output, *board);
-    if (!writer)
-        return writer.error();
+    obey_signals();
     Result<CameraFeed> feed = CameraFeed::open(*config);
     if (!feed)
         return feed.error();
-    std::signal(SIGINT, interrupted);
+    Result<CapturesWriter> writer = CapturesWriter::create(arguments.output, *board);
+    if (!writer)
+        return writer.error();
     fmt::print("Hold the board still before both cameras until a view is taken, then elsewhere: in "
                "all parts of\nboth views, near and far, tilted by 30 to 45 degrees to all sides. "
                "{}/preview.png\nshows what was found last. Ctrl-C ends this step.\n",
                arguments.output);
     const Result<bool> more = capture_stills(*feed, *writer, *board, arguments);
-    std::signal(SIGINT, SIG_DFL);
     if (!more)
         return more.error();
     if (*more && arguments.moving_s > 0) {
@@ -206,11 +218,11 @@ CalibrateAction declare_capture(CLI::App &app) {
     app.add_option("--moving", arguments->moving_s,
                    "for how many seconds the moving board is recorded; 0: not at all")
         ->capture_default_str()
-        ->check(CLI::Range(0, 60));
+        ->check(CLI::Range(0.0, 60.0));
     app.add_option("--patience", arguments->patience_s,
                    "give up when there was no new view for so many seconds")
         ->capture_default_str()
-        ->check(CLI::Range(1, 3600));
+        ->check(CLI::Range(1.0, 3600.0));
     return [arguments] { return capture(*arguments); };
 }
 

@@ -2,6 +2,7 @@
 #include "tools/calibrate/captures.hpp"
 
 #include "core/base/printable.hpp"
+#include "core/base/write_file.hpp"
 #include "drivers/files/image_file.hpp"
 #include "drivers/files/text_fields.hpp"
 
@@ -104,7 +105,7 @@ Result<Captures> read_captures(const std::string &folder) {
 
 Result<CapturesWriter> CapturesWriter::create(const std::string &folder, const Board &board) {
     std::error_code problem;
-    if (fs::exists(folder + "/" + board_file, problem))
+    if (fs::exists(folder + "/" + still_list, problem))
         return Error{fmt::format("{}: holds captures already", printable(folder)), EEXIST};
     for (const char *name : {"color", "depth", "amplitude"}) {
         fs::create_directories(folder + "/" + name, problem);
@@ -113,7 +114,7 @@ Result<CapturesWriter> CapturesWriter::create(const std::string &folder, const B
                          problem.value()};
     }
     CapturesWriter writer(folder);
-    if (Status written = writer.append(board_file, to_text(board)); !written)
+    if (Status written = write_file(folder + "/" + board_file, to_text(board) + "\n"); !written)
         return written.error();
     return writer;
 }

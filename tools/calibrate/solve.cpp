@@ -125,7 +125,8 @@ Result<int> solve(const SolveArguments &arguments) {
             write_report_pictures(arguments.report, *captures, board, seen->stills, *fit);
         !written)
         return written.error();
-    fmt::print("Pictures: {}/color.png, tof.png, depth_on_color.png\n", arguments.report);
+    fmt::print("Pictures: {}/color.png, {}depth_on_color.png\n", arguments.report,
+               fit->tof_noise_px > 0 ? "tof.png, " : "");
     fmt::print("Verdict: {}\n", to_text(assessment.verdict));
     for (const std::string &reason : assessment.reasons)
         fmt::print("  - {}\n", reason);
@@ -160,17 +161,21 @@ CalibrateAction declare_solve(CLI::App &app) {
            "the colour camera's lens; chosen by the residuals if not given")
         ->check(CLI::IsMember({"brown-conrady", "kannala-brandt"}))
         ->type_name("LENS");
-    app.add_option_function<std::string>(
-           "--tof-lens",
-           [arguments, lenses](const std::string &name) { arguments->tof_lens = lenses.at(name); },
-           "the same of the TOF camera")
-        ->check(CLI::IsMember({"brown-conrady", "kannala-brandt"}))
-        ->type_name("LENS");
+    auto *tof_lens = app.add_option_function<std::string>(
+                            "--tof-lens",
+                            [arguments, lenses](const std::string &name) {
+                                arguments->tof_lens = lenses.at(name);
+                            },
+                            "the same of the TOF camera")
+                         ->check(CLI::IsMember({"brown-conrady", "kannala-brandt"}))
+                         ->type_name("LENS");
     app.add_option("--tof-intrinsics", arguments->tof_intrinsics,
                    "fx,fy,cx,cy of a TOF camera that is known, and the coefficients of its lens; "
                    "its place is then found by depth alone")
         ->delimiter(',')
         ->expected(1, 12)
+        ->allow_extra_args(false)
+        ->excludes(tof_lens)
         ->type_name("NUMBERS");
     return [arguments] {
         if (arguments->report.empty())
