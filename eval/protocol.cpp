@@ -61,12 +61,17 @@ constexpr Column columns[] = {
 };
 using Row = std::array<std::optional<double>, std::size(columns)>;
 
-Result<Row> score(const ProtocolArguments &arguments, const std::string &dataset,
-                  const Showing &showing, bool oracle, WorkerPool &pool) {
+TuningArguments tuning_of(const ProtocolArguments &arguments, bool oracle) {
     TuningArguments tuning = arguments.tuning;
     tuning.has_oracle = true;
     if (oracle)
         tuning.preset = oracle_preset;
+    return tuning;
+}
+
+Result<Row> score(const ProtocolArguments &arguments, const std::string &dataset,
+                  const Showing &showing, bool oracle, WorkerPool &pool) {
+    const TuningArguments tuning = tuning_of(arguments, oracle);
     const auto resolved = tuning.resolve();
     if (!resolved)
         return resolved.error();
@@ -170,6 +175,10 @@ void ProtocolArguments::add_to(CLI::App &command) {
 }
 
 Status protocol(const ProtocolArguments &arguments) {
+    if (arguments.oracle)
+        if (const auto tuning = tuning_of(arguments, true).resolve(); !tuning)
+            return Error{tuning.error().message + " (--no-oracle leaves it out)",
+                         tuning.error().code};
     WorkerPool pool(arguments.workers);
     RatioMeans all_ratios;
     Progress progress("", static_cast<double>(arguments.datasets.size()));

@@ -34,6 +34,12 @@ nlohmann::json settings_json(const RunArguments &arguments, const std::string &l
             {"seed", footage.seed},
             {"motion", footage.motion},
             {"noise", footage.noise},
+            {"exposure_changes", footage.exposure_changes},
+            {"skip", footage.order.skip},
+            {"every", footage.order.every},
+            {"reverse", footage.order.reverse},
+            {"calibration", footage.rig.calibration},
+            {"published", footage.rig.published == PublishedCamera::tof ? "tof" : "color"},
             {"depth_interval_ms", arguments.depth_interval_ms},
             {"parameters", parameters_json(tuning.first, tuning.second)}};
 }

@@ -2,6 +2,7 @@
 #include "eval/scoring/footage.hpp"
 
 #include "config/calibration_file.hpp"
+#include "core/base/printable.hpp"
 #include "drivers/files/recording.hpp"
 #include "drivers/simulated/replay.hpp"
 #include "drivers/simulated/synthetic/truth.hpp"
@@ -62,6 +63,10 @@ Result<Footage> open_recorded_footage(const std::string &source, const RecordedO
     auto recording = open_recording(prepared->path(), std::nullopt, cameras);
     if (!recording)
         return recording.error();
+    if (static_cast<std::size_t>(options.order.skip) >= recording->entries.size())
+        return Error{fmt::format("{}: nothing is left of {} frames when {} are skipped",
+                                 printable(source), recording->entries.size(), options.order.skip),
+                     EINVAL};
     reorder(*recording, options.order);
     auto rig = open_replay({.path = prepared->path(),
                             .real_time = false,

@@ -189,6 +189,32 @@ TEST_CASE("afterglow-eval run gives the same result for any number of workers an
     CHECK(published(evaluate(folder, recording, "3", {"--workers", "4"})) == maps);
 }
 
+TEST_CASE("afterglow-eval run says how a recording was shown, and refuses to show none of it",
+          "[eval]") {
+    const TemporaryFolder folder;
+    const std::string recording = record(folder);
+    const Ended shown = run(
+        {"afterglow-eval", "run", recording, "--json", "--skip", "2", "--every", "3", "--reverse"});
+    REQUIRE(shown.code == 0);
+    const auto settings = nlohmann::json::parse(shown.output)["settings"];
+    CHECK(settings["skip"] == 2);
+    CHECK(settings["every"] == 3);
+    CHECK(settings["reverse"] == true);
+    CHECK(settings["published"] == "color");
+    const Ended none = run({"afterglow-eval", "run", recording, "--skip", std::to_string(frames)});
+    CHECK(none.code == 1);
+    CHECK(none.errors.find(fmt::format("nothing is left of {0} frames when {0} are skipped",
+                                       frames)) != std::string::npos);
+}
+
+TEST_CASE("afterglow-eval protocol says at once what the oracle does not take", "[eval]") {
+    const Ended ended = run({"afterglow-eval", "protocol", "synthetic", "--preset", "paper",
+                             "--set", "ransac.threshold=2"});
+    CHECK(ended.code == 1);
+    CHECK(ended.output.empty());
+    CHECK(ended.errors.find("(--no-oracle leaves it out)") != std::string::npos);
+}
+
 TEST_CASE("afterglow-eval run --depth-interval makes one depth map in each interval", "[eval]") {
     const TemporaryFolder folder;
     const Ended all = run({"afterglow-eval", "run", record(folder), "--json", "--depth-interval",
