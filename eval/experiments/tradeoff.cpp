@@ -185,6 +185,8 @@ double compared_duty_cycle(std::span<const Score> scores, std::string_view datas
 const Score *matched_score(std::span<const Score> scores, std::string_view dataset,
                            std::string_view system) {
     const double duty_cycle = compared_duty_cycle(scores, dataset);
+    if (duty_cycle < 0)
+        return nullptr;
     return nearest(scores_of(scores, dataset, system), [&](const Score *score) {
         return std::abs(score->summary.duty_cycle - duty_cycle);
     });
@@ -195,10 +197,10 @@ const Score *preset_score(std::span<const Score> scores, std::string_view datase
     const SystemDescription *known = find_system(system);
     if (!known)
         return nullptr;
-    const double own = own_setting(*known).value;
+    const Setting own = own_setting(*known);
     for (const Score &score : scores)
         if (score.summary.dataset == dataset && score.summary.preset == system &&
-            score.setting.value == own)
+            score.setting.name == own.name && score.setting.value == own.value)
             return &score;
     return nullptr;
 }

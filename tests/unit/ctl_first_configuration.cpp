@@ -53,6 +53,13 @@ TEST_CASE("afterglowctl probe configures only a light that is known to belong to
     CHECK(config.illuminator.device == "tof");
 }
 
+TEST_CASE("afterglowctl probe writes no line that a device's name asks for") {
+    FoundDevices found = a_webcam_and_an_xtion();
+    found.color.front().title = "Cam\n[color]\nfps = 1";
+    found.tof.front().title = "Xtion\nwrong = 1";
+    CHECK(load(found).color.fps == Approx(30));
+}
+
 TEST_CASE("afterglowctl probe writes no configuration without both cameras") {
     FoundDevices found = a_webcam_and_an_xtion();
     found.tof.clear();

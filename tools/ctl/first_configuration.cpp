@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "core/base/printable.hpp"
 #include "tools/ctl/devices.hpp"
 
 #include <fmt/format.h>
@@ -45,22 +46,24 @@ Result<std::string> first_configuration(const FoundDevices &devices) {
     const FoundLight *light = light_of(devices, tof);
     // Of 60 degrees of view, as many have; 525 of 640 pixels are a Kinect's.
     const double focal_length = 525.0 * color.width / 640;
-    std::string text = fmt::format("# Written by afterglowctl probe. Calibrate fx, fy, cx and cy: "
-                                   "here they are guessed.\n"
-                                   "# {}\n[color]\ndriver = {}\ndevice = {}\nwidth = {}\n"
-                                   "height = {}\nfps = {:.1f}\nfx = {:.1f}\nfy = {:.1f}\n"
-                                   "cx = {:.1f}\ncy = {:.1f}\n\n",
-                                   color.title, quoted(color.driver), quoted(color.device),
-                                   color.width, color.height, color.fps, focal_length, focal_length,
-                                   (color.width - 1) / 2.0, (color.height - 1) / 2.0);
-    text += fmt::format("# {}\n[tof]\ndriver = {}\ndevice = {}\n", tof.title, quoted(tof.driver),
-                        quoted(tof.device));
+    std::string text =
+        fmt::format("# Written by afterglowctl probe. Calibrate fx, fy, cx and cy: "
+                    "here they are guessed.\n"
+                    "# {}\n[color]\ndriver = {}\ndevice = {}\nwidth = {}\n"
+                    "height = {}\nfps = {:.1f}\nfx = {:.1f}\nfy = {:.1f}\n"
+                    "cx = {:.1f}\ncy = {:.1f}\n\n",
+                    printable(color.title), quoted(color.driver), quoted(color.device), color.width,
+                    color.height, color.fps, focal_length, focal_length, (color.width - 1) / 2.0,
+                    (color.height - 1) / 2.0);
+    text += fmt::format("# {}\n[tof]\ndriver = {}\ndevice = {}\n", printable(tof.title),
+                        quoted(tof.driver), quoted(tof.device));
     if (tof.driver == "openni2")
         text += fmt::format("registration = {}\n", tof.registration);
     if (light)
-        text += fmt::format(
-            "\n# {}\n[illuminator]\ndriver = {}\n{}{}", light->title, quoted(light->driver),
-            light->device.empty() ? "" : "device = " + quoted(light->device) + "\n", light->keys);
+        text += fmt::format("\n# {}\n[illuminator]\ndriver = {}\n{}{}", printable(light->title),
+                            quoted(light->driver),
+                            light->device.empty() ? "" : "device = " + quoted(light->device) + "\n",
+                            light->keys);
     else
         text += "\n# No light was found that belongs to the TOF camera.\n"
                 "[illuminator]\ndriver = \"none\"\n";

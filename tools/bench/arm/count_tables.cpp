@@ -12,6 +12,8 @@ namespace afterglow::bench {
 namespace {
 
 constexpr double million = 1e6;
+/// What tells one count from others.
+constexpr const char *identity[] = {"sequence", "preset", "target", "frames"};
 constexpr const char *keys[] = {"instructions_mean", "instructions_max", "instructions_still"};
 
 using OfFrame = std::function<std::uint64_t(const FrameCount &)>;
@@ -94,8 +96,11 @@ std::string regressions(const nlohmann::json &summaries, const nlohmann::json &b
     std::string text;
     for (const nlohmann::json &now : summaries) {
         const auto before = std::ranges::find_if(baseline, [&](const nlohmann::json &entry) {
-            return entry["sequence"] == now["sequence"] && entry["preset"] == now["preset"] &&
-                   entry["target"] == now["target"] && entry["frames"] == now["frames"];
+            const auto has = [&](const char *key) { return entry.contains(key); };
+            return entry.is_object() && std::ranges::all_of(keys, has) &&
+                   std::ranges::all_of(identity, [&](const char *key) {
+                       return has(key) && entry.at(key) == now.at(key);
+                   });
         });
         const std::string name =
             fmt::format("{}, {}, {}", now["sequence"].get<std::string>(),

@@ -83,6 +83,8 @@ void IpcArguments::add_to(CLI::App &command) {
 }
 
 Status bench_ipc(const IpcArguments &arguments) {
+    if (arguments.frames < arguments.rounds)
+        return Error{"--frames: there must be one for each round, at least", EINVAL};
     const Result<TemporaryDirectory> folder = TemporaryDirectory::create("afterglow-bench-");
     if (!folder)
         return folder.error();
