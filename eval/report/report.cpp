@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "eval/report/report.hpp"
 
+#include "core/base/printable.hpp"
 #include "eval/experiments/ablation.hpp"
 #include "eval/experiments/example.hpp"
 #include "eval/experiments/infill.hpp"
@@ -16,11 +17,15 @@
 #include <fmt/ranges.h>
 #include <sys/utsname.h>
 
+#include <algorithm>
+#include <cerrno>
 #include <ctime>
+#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <iterator>
 #include <limits>
+#include <map>
 #include <optional>
 #include <string>
 #include <thread>
@@ -79,6 +84,8 @@ public:
     }
 
     Status run() {
+        if (const auto missing = nothing_there())
+            return *missing; // and the report that may be there stays
         if (what_.ransac)
             results_.ransac = simulate_ransac(ransac_trials);
         if (Status saved = save(); !saved)
@@ -102,6 +109,26 @@ public:
     }
 
 private:
+    /// What is said where not one of the datasets is there.
+    std::optional<Error> nothing_there() const {
+        const auto made = synthetic_sources();
+        const auto is_there = [&](const std::string &source) {
+            std::error_code ignored;
+            return std::ranges::find(made, source) != made.end() ||
+                   std::filesystem::exists(source, ignored);
+        };
+        const auto &all = arguments_.datasets;
+        if (all.empty() || std::ranges::any_of(all, is_there))
+            return std::nullopt;
+        return Error{fmt::format("{}: there is no such folder", printable(all.front())), ENOENT};
+    }
+
+    /// Sequences of one name are told apart: "seq-01", "seq-01 (2)".
+    std::string own_name(const std::string &name) {
+        const int count = ++names_[name];
+        return count == 1 ? name : fmt::format("{} ({})", name, count);
+    }
+
     Status save() const { return write_report(arguments_.out, results_); }
 
     double frames_planned() const { return arguments_.frames > 0 ? arguments_.frames : 100; }
@@ -128,6 +155,7 @@ private:
         watch_.end();
         const double planned = work_of(source, frames_planned(), timed);
         if (sequence) {
+            sequence->name = own_name(sequence->name);
             watch_.add(work_of(source, static_cast<double>(sequence->frames.size()), timed) -
                        planned);
             if (!sequence->note.empty())
@@ -204,7 +232,8 @@ private:
     const ReportArguments &arguments_;
     const Experiments &what_;
     Results results_;
-    std::string problem_; ///< the first
+    std::string problem_;              ///< the first
+    std::map<std::string, int> names_; ///< of sequences so far, and how many have each
     Watch watch_;
 };
 

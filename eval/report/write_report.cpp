@@ -8,10 +8,13 @@
 #include "eval/report/table.hpp"
 
 #include <fmt/format.h>
+#include <system_error>
 
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
+#include <map>
 
 namespace afterglow {
 namespace {
@@ -27,6 +30,29 @@ Status replace(const std::string &path, const std::string &text) {
     return written;
 }
 
+/// The files of numbers, by their names without ".csv".
+std::map<std::string, std::string> csv_files(const Results &results) {
+    std::map<std::string, std::string> files;
+    if (!results.scores.empty())
+        files["scores"] = to_csv(results.scores);
+    if (!results.ablations.empty())
+        files["ablations"] = to_csv(results.ablations);
+    for (const Table &table : make_tables(results))
+        files[table.id] = to_csv(table);
+    return files;
+}
+
+/// Removes what an earlier report has written and this one does not.
+void remove_others(const std::string &folder, const std::map<std::string, std::string> &files) {
+    std::error_code ignored; // what is left behind can only be left behind
+    for (const auto &entry : std::filesystem::directory_iterator(folder, ignored)) {
+        const std::string name = entry.path().stem().string();
+        if (entry.path().extension() == ".csv" && !files.contains(name) &&
+            (name == "scores" || name == "ablations" || name.starts_with("table-")))
+            std::filesystem::remove(entry.path(), ignored);
+    }
+}
+
 } // namespace
 
 Status write_report(const std::string &folder, const Results &results) {
@@ -34,15 +60,11 @@ Status write_report(const std::string &folder, const Results &results) {
         return made;
     if (Status done = replace(folder + "/results.json", to_json(results)); !done)
         return done;
-    if (!results.scores.empty())
-        if (Status done = replace(folder + "/scores.csv", to_csv(results.scores)); !done)
+    const auto files = csv_files(results);
+    for (const auto &[name, text] : files)
+        if (Status done = replace(fmt::format("{}/{}.csv", folder, name), text); !done)
             return done;
-    if (!results.ablations.empty())
-        if (Status done = replace(folder + "/ablations.csv", to_csv(results.ablations)); !done)
-            return done;
-    for (const Table &table : make_tables(results))
-        if (Status done = replace(fmt::format("{}/{}.csv", folder, table.id), to_csv(table)); !done)
-            return done;
+    remove_others(folder, files);
     return replace(folder + "/index.html", to_html(results));
 }
 

@@ -134,6 +134,37 @@ TEST_CASE("afterglow-eval report names a missing dataset and reports the others"
     CHECK(done.output.find("synthetic, saturation, afterglow") != std::string::npos);
 }
 
+TEST_CASE("a report of datasets that are not there leaves the one that is", "[report]") {
+    const TemporaryFolder folder;
+    const std::string page = folder.write("report/index.html", "the old page");
+    const Ended done = run(
+        {"afterglow-eval", "report", folder.path() + "/tpyo", "--out", folder.path() + "/report"});
+    CHECK(done.code == 1);
+    CHECK(done.errors.find("/tpyo: there is no such folder") != std::string::npos);
+    CHECK(read(page) == "the old page");
+}
+
+TEST_CASE("a report tells recordings of one name apart, and leaves no tables of another",
+          "[report]") {
+    const TemporaryFolder folder;
+    for (const char *place : {"one", "two"})
+        std::filesystem::create_directory(folder / place);
+    const std::string one = record_room(folder, 6, true);
+    std::filesystem::rename(one, folder / "one/room");
+    std::filesystem::copy(folder / "one/room", folder / "two/room",
+                          std::filesystem::copy_options::recursive);
+    const std::string out = folder.path() + "/report";
+    const std::string old = folder.write("report/table-9.csv", "of another report");
+    REQUIRE(run({"afterglow-eval", "power", folder / "one/room", folder / "two/room", "--out", out})
+                .code == 0);
+    std::set<std::string> names;
+    const auto results = nlohmann::json::parse(read(out + "/results.json"));
+    for (const auto &score : results.at("scores"))
+        names.insert(score.at("summary").at("dataset").get<std::string>());
+    CHECK(names == std::set<std::string>{"room", "room (2)"});
+    CHECK_FALSE(std::filesystem::exists(old));
+}
+
 TEST_CASE("compare scores every system on a recording and shows a frame of it", "[report]") {
     const TemporaryFolder folder;
     const std::string recording = record_room(folder, 6, true);
