@@ -43,7 +43,7 @@ struct SystemInputs {
     /// Each system takes what it needs: `flow` and `ransac` those made of the paper's pipeline,
     /// `keyframe` "default" and "oracle". `method` follows from the system.
     EstimatorOptions options;
-    WorkerPool &pool; ///< must outlive the system; OpenCV is told to use as many threads
+    WorkerPool &pool; ///< must outlive the system; OpenCV takes one thread
     /// The true depth of an image, for systems with SystemDescription::fitted_to_truth.
     TruthAt truth{};
 };

@@ -31,8 +31,6 @@ public:
     DepthRegistration(const Intrinsics &depth, const LensDistortion &depth_lens,
                       const Pose &depth_to_color, const Intrinsics &color);
 
-    const Intrinsics &depth_camera() const { return depth_; }
-
     /// `metres`: along the depth camera's axis, of its size, 0 where there is none. Returns
     /// millimetres along the colour camera's axis; 0 where there is none, or more than 65535 mm.
     DepthMap registered(ImageView<const float> metres) const;

@@ -179,6 +179,7 @@ SystemTimes time_systems(const Sequence &sequence, bool baselines, int workers, 
         names.emplace_back(system.name);
         runs.push_back(std::make_unique<RepeatedRun>(sequence, system, pool));
     }
+    cv::setNumThreads(workers); // of the systems that OpenCV is part of; alone one by one
     Stopwatches watches(names, "paper");
     Stopwatches cpu_watches(names, "paper");
     const double work = systems_work(baselines) / least_rounds;
@@ -195,6 +196,7 @@ SystemTimes time_systems(const Sequence &sequence, bool baselines, int workers, 
         cpu_watches.add_round(cpu_ms);
         watch.tick(work);
     }
+    cv::setNumThreads(1); // as system_factory() has it
     return {watches.timings(), cpu_watches.timings()};
 }
 

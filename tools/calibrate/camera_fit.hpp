@@ -40,7 +40,7 @@ std::optional<Pose> board_pose(const Board &board, const Corners &corners,
 Result<CameraFit> fit_camera(const Board &board, std::span<const Corners> views, int width,
                              int height, const std::optional<Lens> &wanted);
 
-/// The largest angle between any two of the boards' normals, radians.
+/// The largest angle between any two of the boards' normals, degrees.
 double tilt_range(std::span<const Pose> board_to_camera);
 
 } // namespace afterglow

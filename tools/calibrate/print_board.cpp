@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "core/base/write_file.hpp"
 #include "drivers/files/image_file.hpp"
 #include "tools/calibrate/board.hpp"
 #include "tools/calibrate/command.hpp"
 
 #include <fmt/format.h>
 
-#include <cerrno>
-#include <fstream>
 #include <memory>
 #include <string>
 
@@ -41,23 +40,16 @@ std::string svg(const Luma &picture, double mm_per_pixel) {
     return text + "\"/>\n</svg>\n";
 }
 
-bool ends_with(const std::string &text, const std::string &end) {
-    return text.size() >= end.size() &&
-           text.compare(text.size() - end.size(), end.size(), end) == 0;
-}
-
 Result<int> print_board(const PrintArguments &arguments) {
     const Result<Board> board = parse_board(arguments.board);
     if (!board)
         return board.error();
     const Luma picture = draw_board(*board, side_px);
     const double mm_per_pixel = 1000 * board->side_m / side_px;
-    if (ends_with(arguments.output, ".svg")) {
-        std::ofstream file(arguments.output);
-        file << svg(picture, mm_per_pixel) << std::flush;
-        if (!file)
-            return Error{fmt::format("{}: could not be written", arguments.output), EIO};
-    } else if (ends_with(arguments.output, ".png")) {
+    if (arguments.output.ends_with(".svg")) {
+        if (Status written = write_file(arguments.output, svg(picture, mm_per_pixel)); !written)
+            return written.error();
+    } else if (arguments.output.ends_with(".png")) {
         if (Status written = write_png(arguments.output, picture); !written)
             return written.error();
     } else {
@@ -70,7 +62,7 @@ Result<int> print_board(const PrintArguments &arguments) {
                "side with a ruler: {:.2f} mm. If it differs, say what you measured: --board {}\n",
                arguments.output, size.x(), size.y(), picture.width() * mm_per_pixel,
                picture.height() * mm_per_pixel, 1000 * board->side_m, arguments.board);
-    if (ends_with(arguments.output, ".png"))
+    if (arguments.output.ends_with(".png"))
         fmt::print("A PNG file does not print at its true size by itself: scale it to {:.1f} mm "
                    "of width, or use SVG.\n",
                    picture.width() * mm_per_pixel);
