@@ -96,6 +96,8 @@ void LightSwitch::run() noexcept {
         // opposite.
         Done done = {seen.lit, false, seen.number, 0, {}};
         const Status status = light_->lit() == seen.lit ? ok() : light_->set(seen.lit);
+        if (!status && seen.lit) // it may be lit all the same
+            static_cast<void>(light_->set(false));
         if (!status) {
             done.failed = true;
             done.problem = Note::of(Priority::error, status.error().message);
