@@ -278,7 +278,7 @@ void Daemon::empty_outbox() {
 }
 
 void Daemon::show_state() {
-    if (thread_->failed()) { // nothing is over: run() says what happened
+    if (thread_->failed()) { // run() returns the error
         ::sd_event_exit(event_.get(), EXIT_FAILURE);
         return;
     }

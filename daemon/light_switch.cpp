@@ -96,7 +96,7 @@ void LightSwitch::run() noexcept {
         // opposite.
         Done done = {seen.lit, false, seen.number, 0, {}};
         const Status status = light_->lit() == seen.lit ? ok() : light_->set(seen.lit);
-        if (!status && seen.lit) // it may be lit all the same
+        if (!status && seen.lit) // a device that reports a failure may have lit
             static_cast<void>(light_->set(false));
         if (!status) {
             done.failed = true;

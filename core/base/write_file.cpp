@@ -14,7 +14,6 @@
 #include <unistd.h>
 
 namespace afterglow {
-namespace {
 
 bool write_all(int fd, std::string_view bytes) {
     while (!bytes.empty()) {
@@ -26,6 +25,8 @@ bool write_all(int fd, std::string_view bytes) {
     }
     return true;
 }
+
+namespace {
 
 Status write_with(int flags, const std::string &path, std::string_view bytes) {
     UniqueFd file(::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | flags, 0666));

@@ -17,4 +17,7 @@ Status write_file(const std::string &path, std::string_view bytes);
 /// Makes a file; never over one that somebody has written (EEXIST).
 Status write_new_file(const std::string &path, std::string_view bytes);
 
+/// Writes all bytes to a descriptor that waits; false with errno where it refuses.
+bool write_all(int fd, std::string_view bytes);
+
 } // namespace afterglow

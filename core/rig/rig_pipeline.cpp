@@ -73,7 +73,7 @@ const Estimate &RigPipeline::measure(const Measurement &measurement) {
     return estimate_;
 }
 
-/// What was measured replaces what was resampled.
+/// Readings of the TOF camera replace the resampled depth of their pixels.
 void RigPipeline::lay_over(DepthView readings) {
     int added = 0;
     for (int v = 0; v < readings.height(); ++v)

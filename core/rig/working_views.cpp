@@ -45,8 +45,8 @@ Field field_of(const CameraModel &camera) {
     return field;
 }
 
-/// The rays along which `camera` may see what the TOF camera sees, and so much of the field's sides
-/// more; empty if there are none.
+/// The rays along which `camera` may see what the TOF camera sees, widened on each side by
+/// `more_share` of the field's size; empty if there are none.
 Field field_of_tof(const CameraModel &tof, const CameraModel &camera, const Pose &camera_from_tof,
                    double more_share = margin) {
     Field field;

@@ -17,7 +17,7 @@ bool views_meet(const RigGeometry &geometry);
 /// Sizes: the tracking camera is at most 640 pixels wide and not finer than the colour camera.
 /// Where the colour camera is published, its view is composed there. Other published views are not
 /// finer than the published camera, nor than twice the TOF camera, nor wider than 640 pixels unless
-/// the TOF camera is. Measured maps come as fine as composed ones. The cameras' views_meet().
+/// the TOF camera is. Measured maps come as fine as composed ones. views_meet() must hold.
 Views working_views(const RigGeometry &geometry);
 
 } // namespace afterglow

@@ -57,7 +57,8 @@ public:
               ImageView<const std::uint16_t> amplitude = {});
     void finish();
 
-    /// Another map of the same readings, which have been corrected already: correction() stays.
+    /// Builds the surface anew from `depth`, millimetres, that was rendered from this surface:
+    /// correction() is in it already, stays, and is not applied again.
     void rebuild(DepthView depth, WorkerPool &pool);
 
     /// What the map was built with.
@@ -68,8 +69,8 @@ public:
     /// Pixels to the next depth edge (1 = on it), at most far_from_edge.
     ImageView<const std::uint8_t> edge_distance() const { return distance_; }
     const SurfacePieces &pieces() const { return pieces_; }
-    /// How much the depth changes from pixel to pixel: mean |dz| / z between neighbours across the
-    /// depth edges, and inside surfaces.
+    /// Mean |dz| / z between neighbouring pixels: across depth edges (edge_jump), inside surfaces
+    /// (slope).
     float edge_jump() const { return edge_jump_; }
     float slope() const { return slope_; }
     /// Depth step between neighbours that parts two surfaces, metres.

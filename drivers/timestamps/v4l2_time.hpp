@@ -25,8 +25,8 @@ private:
 /// stamps of this stream are ignored, and a frame's end is taken to be its arrival.
 class FrameClock {
 public:
-    /// `started_ns`: CLOCK_MONOTONIC when the stream was started. What is later may have waited for
-    /// its reader, however long.
+    /// `started_ns`: CLOCK_MONOTONIC when the stream was started. A first frame with a later stamp
+    /// is believed however old it is: it has waited for its reader.
     explicit FrameClock(std::int64_t period_ns = 0, std::optional<std::int64_t> started_ns = {})
         : period_ns_(period_ns), previous_ns_(started_ns) {}
 

@@ -16,7 +16,8 @@
 namespace afterglow::v4l2 {
 namespace {
 
-/// A frame without a stamp may have waited for its reader for so long, or two frame periods.
+/// A frame without a believed time stamp is used if it waited in the driver's queue for at most
+/// this, or two frame periods if that is more.
 constexpr std::int64_t longest_wait_ns = 100'000'000;
 
 } // namespace
@@ -111,14 +112,14 @@ Capture Stream::accept(const v4l2_buffer &first, RawFrame &frame) {
     return Capture::frame;
 }
 
-/// Whether it is known when the frame just taken was captured. Without a stamp that is its arrival,
-/// and one that has waited in the driver's queue could have arrived long ago.
+/// Whether the time of the frame just dequeued is known. Without a believed time stamp it is the
+/// time of dequeuing, which is wrong for a frame that has waited in the driver's queue.
 bool Stream::has_time() {
     const std::int64_t now_ns = calls_.now_ns();
     if (backlog_ == Backlog::in_order && !clock_.believes_stamps() &&
         now_ns - filled_after_ns_ > std::max(longest_wait_ns, 2 * period_ns_))
         return false;
-    filled_after_ns_ = now_ns; // those behind it are later
+    filled_after_ns_ = now_ns; // frames behind this one arrived after it
     return true;
 }
 

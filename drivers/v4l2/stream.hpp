@@ -38,8 +38,9 @@ enum class Backlog {
 ///   stopped ─start()─▶ streaming ─device gone, errors, silence─▶ Capture::lost ─start()─▶ ...
 ///
 /// The first frame after each start is skipped: it may be an old one with a new time stamp
-/// (v4l2loopback), or half exposed. Called by the estimator thread. next() allocates only to
-/// describe a problem.
+/// (v4l2loopback), or half exposed. With Backlog::in_order, frames that have waited for longer than
+/// 100 ms and two periods are skipped, too, while the time stamps are not believed. Called by the
+/// estimator thread. next() allocates only to describe a problem.
 class Stream {
 public:
     /// `request.formats` must outlive the stream.
@@ -83,7 +84,7 @@ private:
     FrameCount count_;
     FrameClock clock_;
     std::int64_t period_ns_ = 0;
-    std::int64_t filled_after_ns_ = 0; ///< what is in the driver's queue arrived later
+    std::int64_t filled_after_ns_ = 0; ///< frames in the driver's queue arrived after this
     std::int64_t stuck_at_ns_ = 0;     ///< if nothing comes before
     std::string problem_;
 };

@@ -179,7 +179,7 @@ SystemTimes time_systems(const Sequence &sequence, bool baselines, int workers, 
         names.emplace_back(system.name);
         runs.push_back(std::make_unique<RepeatedRun>(sequence, system, pool));
     }
-    cv::setNumThreads(workers); // of the systems that OpenCV is part of; alone one by one
+    cv::setNumThreads(workers); // as many as ours have: here one system runs at a time
     Stopwatches watches(names, "paper");
     Stopwatches cpu_watches(names, "paper");
     const double work = systems_work(baselines) / least_rounds;

@@ -2,10 +2,10 @@
 #include "ipc/bus/replace_file.hpp"
 
 #include "core/base/unique_fd.hpp"
+#include "core/base/write_file.hpp"
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
@@ -15,20 +15,6 @@
 #include <unistd.h>
 
 namespace afterglow {
-namespace {
-
-bool write_all(int fd, std::string_view text) {
-    while (!text.empty()) {
-        const ssize_t written = ::write(fd, text.data(), text.size());
-        if (written < 0 && errno != EINTR)
-            return false;
-        text.remove_prefix(static_cast<std::size_t>(std::max<ssize_t>(written, 0)));
-    }
-    return ::fsync(fd) == 0;
-}
-
-} // namespace
-
 Status replace_file(const std::string &path, std::string_view text) {
     const auto failed = [&](int error) {
         return Error{fmt::format("{}: cannot be written: {}", path, std::strerror(error)), error};
@@ -37,7 +23,8 @@ Status replace_file(const std::string &path, std::string_view text) {
     const UniqueFd file(::mkostemp(temporary.data(), O_CLOEXEC));
     if (!file)
         return failed(errno);
-    if (!write_all(file.get(), text) || ::rename(temporary.c_str(), path.c_str()) < 0) {
+    if (!write_all(file.get(), text) || ::fsync(file.get()) < 0 ||
+        ::rename(temporary.c_str(), path.c_str()) < 0) {
         const int error = errno;
         ::unlink(temporary.c_str());
         return failed(error);

@@ -57,7 +57,7 @@ public:
     /// Other calibration of two cameras, which holds from now on.
     void set_calibration(const RigCalibration &rig);
 
-    /// Also while no frame is published.
+    /// What was lost since the start; comes also while no frame is published.
     void frames_lost(const FrameLosses &losses) { statistics_.set_losses(losses); }
     void frame_published(const FrameEvent &event);
     void cameras_changed(CameraStates cameras);

@@ -56,7 +56,7 @@ int Link::watch(int fd, std::uint32_t events) {
 }
 
 void Link::close() {
-    // What a child that was forked has open, too, would not leave by being closed.
+    // Closing alone does not: the file is open in a child that the program has forked, too.
     for (const int fd : {socket_.get(), call_.fd()})
         if (fd >= 0)
             ::epoll_ctl(epoll_.get(), EPOLL_CTL_DEL, fd, nullptr);

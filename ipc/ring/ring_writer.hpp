@@ -121,7 +121,7 @@ private:
     std::atomic<bool> confidence_wanted_ = false;
     std::atomic<std::chrono::milliseconds> wanted_interval_ = std::chrono::milliseconds(0);
     std::atomic<std::uint64_t> renewals_ = 0;
-    std::atomic<Pair *> offered_ = nullptr; ///< for the estimator thread, which takes it and begins
+    std::atomic<Pair *> offered_ = nullptr; ///< newer; the estimator thread takes and begins it
     std::atomic<Pair *> in_use_ = nullptr;  ///< what it has begun: it is done with those before
 
     mutable std::mutex mutex_;                 ///< never taken by the estimator thread

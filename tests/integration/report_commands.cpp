@@ -134,7 +134,7 @@ TEST_CASE("afterglow-eval report names a missing dataset and reports the others"
     CHECK(done.output.find("synthetic, saturation, afterglow") != std::string::npos);
 }
 
-TEST_CASE("a report of datasets that are not there leaves the one that is", "[report]") {
+TEST_CASE("a report on missing datasets does not overwrite an earlier report", "[report]") {
     const TemporaryFolder folder;
     const std::string page = folder.write("report/index.html", "the old page");
     const Ended done = run(

@@ -348,7 +348,7 @@ TEST_CASE("when one of the two cameras does not start, neither runs") {
     CHECK_FALSE(cameras.color_running);
 }
 
-TEST_CASE("a light that cannot be switched on is a problem of its own") {
+TEST_CASE("a light that cannot be switched on is reported apart from the TOF camera") {
     Fixture fixture;
     fixture.cameras.light_obeys = Error{"the light is stuck", 0};
     const FrameResult result = fixture.step();
@@ -358,7 +358,7 @@ TEST_CASE("a light that cannot be switched on is a problem of its own") {
     CHECK(result.light_problem == "the light is stuck");
 }
 
-TEST_CASE("a light that stays on hides nothing of what the colour camera says") {
+TEST_CASE("a light that cannot be darkened does not hide why the colour camera is lost") {
     Fixture fixture;
     fixture.cameras.read_tof = [](DepthFrame &) { return Capture::none; };
     fixture.step();

@@ -219,6 +219,17 @@ TEST_CASE("a published camera that is not whole is refused", "[config]") {
           "a.toml:5: published.camera: \"depth\" is not allowed (one of color, tof, pinhole)");
 }
 
+TEST_CASE("a published camera that sees nothing of the TOF camera's view is refused", "[config]") {
+    Folder folder;
+    RigCalibration turned = test_rig();
+    turned.tof_from_color.R = afterglow::exp((Twist() << 0, 0, 0, 0, 0.8, 0).finished()).R;
+    folder.write_rig(turned);
+    const std::string own = "[published]\ncamera = \"pinhole\"\nfx = 9000\nfy = 9000\n";
+    CHECK(folder.problems(room + rig).empty());
+    CHECK(folder.problems(room + rig + own) ==
+          "a.toml:6: published.camera: sees nothing of what the TOF camera sees");
+}
+
 TEST_CASE("a printed configuration of two cameras loads again to the same cameras", "[config]") {
     Folder folder;
     const Result<Config> config = folder.load(room + rig + "published.camera = \"tof\"\n");

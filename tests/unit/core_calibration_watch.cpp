@@ -168,8 +168,7 @@ TEST_CASE("a calibration is trusted again when images and depth agree again", "[
     CHECK(wrong.watch.shift() == 0.0f);
 }
 
-TEST_CASE("a surface that is moved to where it belongs keeps what its depth is corrected by",
-          "[core]") {
+TEST_CASE("a surface that the calibration guard moves keeps its depth correction", "[core]") {
     WrongRig rig({.seed = 2, .motion = 0}, {.color_from_tof = turned(0, 2, 0)});
     Views views(rig.camera());
     views.calibrated = true;
@@ -258,7 +257,7 @@ TEST_CASE("what says nothing of the calibration changes nothing", "[core]") {
     CHECK(watch.suspected().isZero(0));
 }
 
-TEST_CASE("the motion from before a pause does not tell of the calibration after it",
+TEST_CASE("the calibration is not judged by the camera's motion from before a pause",
           "[core][long]") {
     const Miscalibration late{.lag_s = 0.03};
     WrongRig moving({.seed = 2, .motion = 1}, late);

@@ -148,7 +148,7 @@ TEST_CASE("a range along the ray becomes a depth along the axis") {
             REQUIRE(std::abs(z(u, v) - plane_mm(*barrel.ray(u, v))) <= 1);
 }
 
-TEST_CASE("cameras that do not see the same are told apart from those that do") {
+TEST_CASE("cameras whose views have nothing in common are recognised") {
     RigCalibration rig{.color = fisheye, .tof = barrel};
     const Intrinsics narrow{4000, 4000, 319.5, 239.5, 640, 480};
     const auto meets = [&](const CameraModel &published) {

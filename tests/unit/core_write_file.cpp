@@ -1,40 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/base/write_file.hpp"
 #include "tests/catch.hpp"
+#include "tests/file_size_limit.hpp"
 #include "tests/temporary_folder.hpp"
 
-#include <sys/resource.h>
-
 #include <cerrno>
-#include <csignal>
 #include <filesystem>
 #include <string>
 
 using namespace afterglow;
-
-namespace {
-
-/// No file of this process grows beyond so many bytes while it lives, as on a full disk.
-class FullDisk {
-public:
-    explicit FullDisk(rlim_t bytes) {
-        ::getrlimit(RLIMIT_FSIZE, &before_);
-        const rlimit limit = {bytes, before_.rlim_max};
-        ::setrlimit(RLIMIT_FSIZE, &limit);
-    }
-    ~FullDisk() {
-        ::setrlimit(RLIMIT_FSIZE, &before_);
-        std::signal(SIGXFSZ, signal_);
-    }
-    FullDisk(const FullDisk &) = delete;
-    FullDisk &operator=(const FullDisk &) = delete;
-
-private:
-    rlimit before_ = {};
-    void (*signal_)(int) = std::signal(SIGXFSZ, SIG_IGN);
-};
-
-} // namespace
 
 TEST_CASE("a file is written whole, in place of what was there") {
     const TemporaryFolder folder;
@@ -62,7 +36,7 @@ TEST_CASE("a file that finds no room leaves no part behind") {
     const std::string path = folder / "file";
     const bool is_new = GENERATE(false, true);
     const Status refused = [&] {
-        const FullDisk disk(1000);
+        const FileSizeLimit limit(1000);
         return (is_new ? write_new_file : write_file)(path, std::string(5000, 'x'));
     }();
     REQUIRE_FALSE(refused);

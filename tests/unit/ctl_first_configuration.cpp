@@ -53,7 +53,8 @@ TEST_CASE("afterglowctl probe configures only a light that is known to belong to
     CHECK(config.illuminator.device == "tof");
 }
 
-TEST_CASE("afterglowctl probe writes no line that a device's name asks for") {
+TEST_CASE(
+    "a line break in a device's name adds no line to the configuration of afterglowctl probe") {
     FoundDevices found = a_webcam_and_an_xtion();
     found.color.front().title = "Cam\n[color]\nfps = 1";
     found.tof.front().title = "Xtion\nwrong = 1";

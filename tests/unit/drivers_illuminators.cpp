@@ -28,6 +28,15 @@ struct Leds {
         std::ifstream(folder.path() + "/tof/brightness") >> value;
         return value;
     }
+    /// Makes brightness a file that can be sealed against writes: it stands for a LED that is taken
+    /// away.
+    UniqueFd sealable_brightness() const {
+        UniqueFd memory(::memfd_create("brightness", MFD_CLOEXEC | MFD_ALLOW_SEALING));
+        std::filesystem::remove(folder / "tof/brightness");
+        std::filesystem::create_symlink("/proc/self/fd/" + std::to_string(memory.get()),
+                                        folder / "tof/brightness");
+        return memory;
+    }
     LedOptions options(int on = 2) const { return {"tof", on, 0, folder.path()}; }
 
     TemporaryFolder folder;
@@ -51,11 +60,7 @@ TEST_CASE("a LED light is off when opened, can be switched, and is off when dest
 
 TEST_CASE("a LED that fails to go dark when destroyed is logged with its name and the reason") {
     const Leds leds;
-    // A file that can be sealed against further writes stands for a LED that was taken away.
-    const UniqueFd memory(::memfd_create("brightness", MFD_CLOEXEC | MFD_ALLOW_SEALING));
-    std::filesystem::remove(leds.folder / "tof/brightness");
-    std::filesystem::create_symlink("/proc/self/fd/" + std::to_string(memory.get()),
-                                    leds.folder / "tof/brightness");
+    const UniqueFd memory = leds.sealable_brightness();
     const CapturedStderr captured;
     {
         const auto led = open_led(leds.options());
@@ -69,10 +74,7 @@ TEST_CASE("a LED that fails to go dark when destroyed is logged with its name an
 
 TEST_CASE("a LED light that fails is opened again for the next order") {
     const Leds leds;
-    const UniqueFd memory(::memfd_create("brightness", MFD_CLOEXEC | MFD_ALLOW_SEALING));
-    std::filesystem::remove(leds.folder / "tof/brightness");
-    std::filesystem::create_symlink("/proc/self/fd/" + std::to_string(memory.get()),
-                                    leds.folder / "tof/brightness");
+    const UniqueFd memory = leds.sealable_brightness();
     const auto led = open_led(leds.options());
     REQUIRE(led);
     REQUIRE(::fcntl(memory.get(), F_ADD_SEALS, F_SEAL_WRITE) == 0);

@@ -187,7 +187,7 @@ TEST_CASE("a request that cannot be kept says so, and why", "[ipc]") {
     CHECK(listed()[1] == "mode 0 0 always-on 'm' not kept: mode off rules");
 }
 
-TEST_CASE("a request that changes nothing is judged, too", "[ipc]") {
+TEST_CASE("a request that does not change the policy in force is judged at once", "[ipc]") {
     BusService daemon;
     const std::string address = daemon.bus.address();
     daemon.service.cameras_changed({CameraState::asleep, CameraState::asleep});

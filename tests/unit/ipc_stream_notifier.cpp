@@ -250,7 +250,7 @@ TEST_CASE("a client that flaps causes one renewal a second at most", "[ipc]") {
           2 + static_cast<std::uint64_t>(took / StreamNotifier::renewal_pause));
 }
 
-TEST_CASE("who leaves while the memory is being renewed causes another renewal", "[ipc]") {
+TEST_CASE("a stream that ends while the memory is being renewed causes another renewal", "[ipc]") {
     TestRing ring(2000, 1500); // large, so that making a memory takes a while
     const UniqueFd kept = open_socket(ring, 1);
     const UniqueFd revoked = open_socket(ring, 2);

@@ -22,6 +22,22 @@ V4l2TofOptions tof_options() {
     return options;
 }
 
+/// A started TOF camera with one node.
+struct OneNodeCamera {
+    FakeV4l2 kernel;
+    std::unique_ptr<TofSource> source;
+    DepthFrame frame{DepthMap(4, 2)};
+
+    OneNodeCamera() {
+        kernel.formats = {{V4L2_PIX_FMT_Z16, 4, 2, 30, 2}};
+        auto opened = open_v4l2_tof(tof_options(), kernel);
+        REQUIRE(opened);
+        source = *std::move(opened);
+        REQUIRE(source->start());
+    }
+    Capture read(std::chrono::nanoseconds timeout) { return source->read(frame, timeout); }
+};
+
 /// A kernel with a node for depth and one for amplitude, which have one clock.
 struct TwoNodes final : SystemCalls {
     FakeV4l2 depth;
@@ -115,12 +131,9 @@ TEST_CASE("depth maps of a V4L2 camera come in order, oldest first") {
 }
 
 TEST_CASE("V4L2 maps without stamps that waited for long in the driver's queue are dropped") {
-    FakeV4l2 kernel;
-    kernel.formats = {{V4L2_PIX_FMT_Z16, 4, 2, 30, 2}};
-    auto source = open_v4l2_tof(tof_options(), kernel);
-    REQUIRE(source);
-    REQUIRE((*source)->start());
-    DepthFrame frame{DepthMap(4, 2)};
+    OneNodeCamera camera;
+    FakeV4l2 &kernel = camera.kernel;
+    const DepthFrame &frame = camera.frame;
     std::uint32_t number = 0;
     const auto give = [&](int maps) {
         for (int i = 0; i < maps; ++i, ++number)
@@ -129,40 +142,32 @@ TEST_CASE("V4L2 maps without stamps that waited for long in the driver's queue a
     };
     give(3);
     kernel.now += 5'000'000'000; // in the dark
-    CHECK((*source)->read(frame, 0ns) == Capture::none);
+    CHECK(camera.read(0ns) == Capture::none);
     for (int read = 0; read < 2; ++read) {
         kernel.now += period_ns;
         give(1);
-        REQUIRE((*source)->read(frame, 0ns) == Capture::frame);
+        REQUIRE(camera.read(0ns) == Capture::frame);
         CHECK(frame.t_ns == kernel.now - period_ns);
         CHECK(frame.sequence == number - 1);
     }
 }
 
 TEST_CASE("a corrupt V4L2 map without a stamp does not end the belief in stamps") {
-    FakeV4l2 kernel;
-    kernel.formats = {{V4L2_PIX_FMT_Z16, 4, 2, 30, 2}};
-    auto source = open_v4l2_tof(tof_options(), kernel);
-    REQUIRE(source);
-    REQUIRE((*source)->start());
-    DepthFrame frame{DepthMap(4, 2)};
+    OneNodeCamera camera;
+    FakeV4l2 &kernel = camera.kernel;
+    const DepthFrame &frame = camera.frame;
     kernel.frames.push_back({{}, 0, 0, V4L2_BUF_FLAG_ERROR});
-    CHECK((*source)->read(frame, 0ns) == Capture::damaged);
+    CHECK(camera.read(0ns) == Capture::damaged);
     kernel.frames.push_back({std::vector<std::uint8_t>(16, 1), kernel.now - 5'000'000, 1});
-    REQUIRE((*source)->read(frame, 0ns) == Capture::frame);
+    REQUIRE(camera.read(0ns) == Capture::frame);
     CHECK(frame.t_ns == kernel.now - 5'000'000);
 }
 
 TEST_CASE("a V4L2 TOF camera with the light off may be silent without a timeout") {
-    FakeV4l2 kernel;
-    kernel.formats = {{V4L2_PIX_FMT_Z16, 4, 2, 30, 2}};
-    auto source = open_v4l2_tof(tof_options(), kernel);
-    REQUIRE(source);
-    REQUIRE((*source)->start());
-    DepthFrame frame{DepthMap(4, 2)};
-    CHECK((*source)->read(frame, 1h) == Capture::none);
-    kernel.node.clear();
-    CHECK((*source)->read(frame, 1h) == Capture::lost);
+    OneNodeCamera camera;
+    CHECK(camera.read(1h) == Capture::none);
+    camera.kernel.node.clear();
+    CHECK(camera.read(1h) == Capture::lost);
 }
 
 TEST_CASE("a V4L2 node is asked for the frames that hold the map, metadata and amplitude") {

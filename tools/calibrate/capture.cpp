@@ -33,10 +33,10 @@ struct Arguments {
 constexpr double covered = 0.75;
 constexpr std::size_t fewest_views = 8;
 
-volatile std::sig_atomic_t interrupted = 0; ///< by Ctrl-C: this step ends
-volatile std::sig_atomic_t stopped = 0;     ///< the program ends
+volatile std::sig_atomic_t interrupted = 0; ///< SIGINT has come: the present step ends
+volatile std::sig_atomic_t stopped = 0;     ///< SIGTERM or SIGHUP has come: the program ends
 
-/// Who ends the program must not leave the light on.
+/// So that the destructor of the cameras switches the light off, whatever ends the program.
 void obey_signals() {
     struct sigaction action = {};
     action.sa_handler = [](int) { interrupted = 1; };

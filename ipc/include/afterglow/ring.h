@@ -74,7 +74,7 @@ enum afterglow_lens {
 
 /* The TOF camera's light while this image was taken. */
 enum afterglow_emitter {
-    AFTERGLOW_EMITTER_UNKNOWN = 0, /* not told; a light that is never switched is ON */
+    AFTERGLOW_EMITTER_UNKNOWN = 0, /* not known; never sent by this daemon */
     AFTERGLOW_EMITTER_OFF = 1,
     AFTERGLOW_EMITTER_ON = 2, /* for a part of the exposure at least */
 };
