@@ -286,6 +286,8 @@ void Daemon::show_state() {
     const DaemonState state = thread_->outbox().state();
     if (ready_ && state != shown_) {
         shown_ = state;
+        if (state == DaemonState::running)
+            notes_.recovered();
         log(Priority::info, describe(state));
         ::sd_notifyf(0, "STATUS=%s", describe(state));
     }

@@ -17,7 +17,7 @@ std::optional<std::string> NoteLog::line(const Note &note, Time now) {
         said_.push_back({line, now});
         return line;
     }
-    if (now - said->logged < quiet) {
+    if (now < said->logged + quiet) {
         ++said->repeats;
         return std::nullopt;
     }
@@ -25,6 +25,11 @@ std::optional<std::string> NoteLog::line(const Note &note, Time now) {
     if (const std::uint64_t repeats = std::exchange(said->repeats, 0); repeats > 0)
         line += fmt::format(" ({} times more)", repeats);
     return line;
+}
+
+void NoteLog::recovered() {
+    for (Said &said : said_)
+        said.logged = Time::min();
 }
 
 } // namespace afterglow

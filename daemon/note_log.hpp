@@ -23,10 +23,14 @@ public:
     /// The line to log for `note`; nothing when the same was logged less than `quiet` ago.
     std::optional<std::string> line(const Note &note, Time now);
 
+    /// The cameras run again: what goes wrong from now on is logged at once, also when it was
+    /// logged less than `quiet` ago.
+    void recovered();
+
 private:
     struct Said {
         std::string sentence;
-        Time logged;
+        Time logged;               ///< Time::min() after recovered()
         std::uint64_t repeats = 0; ///< not logged yet
     };
     std::vector<Said> said_;

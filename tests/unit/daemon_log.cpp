@@ -40,6 +40,18 @@ TEST_CASE("the log limits messages that take turns, each by itself, and counts a
     CHECK(log.line(image, now + 12s) == "an image is damaged");
 }
 
+TEST_CASE(
+    "what goes wrong again after the cameras ran is logged at once, with what was not logged") {
+    NoteLog log;
+    const Note lost = Note::of(Priority::error, "the camera has no usable format");
+    const NoteLog::Time now = NoteLog::Time(1h);
+    CHECK(log.line(lost, now));
+    CHECK_FALSE(log.line(lost, now + 1s));
+    log.recovered();
+    CHECK(log.line(lost, now + 2s) == "the camera has no usable format (1 times more)");
+    CHECK_FALSE(log.line(lost, now + 3s));
+}
+
 TEST_CASE("the log truncates a message that is too long") {
     const std::string sentence(1000, 'x');
     const Note note = Note::of(Priority::error, sentence);
