@@ -18,15 +18,23 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-void look_up_singly(const std::uint16_t *depth, const std::uint8_t *classes, int count,
-                    const Confidences &of, std::uint8_t *confidence) {
-    for (int i = 0; i < count; ++i) {
-        const std::uint8_t found = depth[i] == 0
-                                       ? no_confidence
-                                       : of.table[place_in_table(classes[i], depth_bin(depth[i]))];
+/// Confidences's, by one of the tables.
+struct Table {
+    const std::uint8_t *confidences;
+    std::uint8_t less;
+
+    std::uint8_t operator[](int place) const {
+        const std::uint8_t found = confidences[place];
         const int least = std::min(found, unknown_confidence);
-        confidence[i] = static_cast<std::uint8_t>(std::max(found - of.less, least));
+        return static_cast<std::uint8_t>(std::max(found - less, least));
     }
+};
+
+void look_up_singly(const std::uint16_t *depth, const std::uint8_t *classes, int count,
+                    const Table &table, std::uint8_t *confidence) {
+    for (int i = 0; i < count; ++i)
+        confidence[i] =
+            depth[i] == 0 ? no_confidence : table[place_in_table(classes[i], depth_bin(depth[i]))];
 }
 
 ConfidenceSum sum_singly(const std::uint8_t *confidence, int count) {
@@ -40,15 +48,19 @@ ConfidenceSum sum_singly(const std::uint8_t *confidence, int count) {
 constexpr int run = 1;
 class RunLookUp {
 public:
-    RunLookUp(const Confidences &of, int /*bin*/) : of_(of) {}
+    RunLookUp(const Table &table, int /*bin*/) : table_(table) {}
     void operator()(const std::uint16_t *depth, const std::uint8_t *classes,
                     std::uint8_t *confidence) {
-        look_up_singly(depth, classes, run, of_, confidence);
+        look_up_singly(depth, classes, run, table_, confidence);
     }
 
 private:
-    const Confidences of_;
+    const Table table_;
 };
+void fill_run(const std::uint16_t *places, const Table &table, ImageView<std::uint8_t> to) {
+    for (int v = 0; v < to.height(); ++v)
+        *to.row(v) = table[*places];
+}
 class RunSum {
 public:
     void operator()(const std::uint8_t *confidence) { found_ += sum_singly(confidence, run); }
@@ -84,7 +96,7 @@ HWY_API hn::Vec<Classes> narrowed(M left, M right) {
 class RunLookUp {
 public:
     /// `bin`: where to begin.
-    RunLookUp(const Confidences &of, int bin) : of_(of) { go_to(bin); }
+    RunLookUp(const Table &table, int bin) : table_(table) { go_to(bin); }
 
     void operator()(const std::uint16_t *depth, const std::uint8_t *classes,
                     std::uint8_t *confidence) {
@@ -109,19 +121,19 @@ public:
                                  hn::Or(in_bins(right), hn::Eq(right, none))),
                         confidence);
         else
-            look_up_singly(depth, classes, run, of_, confidence);
+            look_up_singly(depth, classes, run, table_, confidence);
     }
 
 private:
     void go_to(int bin) {
-        bin_ = std::min(bin, depth_bins - 2);
-        before_bins_ = static_cast<std::uint16_t>(first_of_bin(bin_) - 1);
-        last_of_bin_ = static_cast<std::uint16_t>(first_of_bin(bin_ + 1) - 1);
-        last_of_bins_ = static_cast<std::uint16_t>(first_of_bin(bin_ + 2) - 1);
+        bin = std::min(bin, depth_bins - 2);
+        before_bins_ = static_cast<std::uint16_t>(first_of_bin(bin) - 1);
+        last_of_bin_ = static_cast<std::uint16_t>(first_of_bin(bin + 1) - 1);
+        last_of_bins_ = static_cast<std::uint16_t>(first_of_bin(bin + 2) - 1);
         const Classes d8;
-        const auto found = hn::LoadDup128(d8, of_.table + place_in_table(0, bin_));
+        const auto found = hn::LoadDup128(d8, table_.confidences + place_in_table(0, bin));
         const auto least = hn::Min(found, hn::Set(d8, unknown_confidence));
-        const auto lowered = hn::SaturatedSub(found, hn::Set(d8, of_.less));
+        const auto lowered = hn::SaturatedSub(found, hn::Set(d8, table_.less));
         confidences_ = hn::Max(lowered, least);
     }
     template <class V>
@@ -165,13 +177,24 @@ private:
         hn::StoreU(all, d8, confidence);
     }
 
-    const Confidences of_;
-    int bin_;
+    const Table table_;
     std::uint16_t before_bins_;    ///< one less than the least depth in both bins, millimetres
     std::uint16_t last_of_bin_;    ///< the greatest one in the first bin, millimetres
     std::uint16_t last_of_bins_;   ///< the greatest one in both, millimetres
     hn::Vec<Classes> confidences_; ///< of both bins
 };
+
+/// Gives a run of columns, whose tiles have these places, their confidences.
+void fill_run(const std::uint16_t *places, const Table &table, ImageView<std::uint8_t> to) {
+    const hn::CappedTag<std::uint8_t, judged_tile_px> d;
+    constexpr int lanes = static_cast<int>(hn::MaxLanes(d));
+    static_assert(judged_tile_px % lanes == 0);
+    for (int u = 0; u < run; u += lanes) {
+        const auto all = hn::Set(d, table[places[u / judged_tile_px]]);
+        for (int v = 0; v < to.height(); ++v)
+            hn::StoreU(all, d, to.row(v) + u);
+    }
+}
 
 /// Sums up runs of confidences.
 class RunSum {
@@ -197,42 +220,101 @@ private:
 
 #endif
 
-/// Over one row in `every`, from the first on.
-ConfidenceSum sum_of(ImageView<const std::uint8_t> confidence, int every) {
-    const int runs_end = confidence.width() / run * run;
-    RunSum sum_run;
-    ConfidenceSum found;
-    for (int v = 0; v < confidence.height(); v += every) {
-        const std::uint8_t *const row = confidence.row(v);
-        for (int u = 0; u < runs_end; u += run)
-            sum_run(row + u);
-        found += sum_singly(row + runs_end, confidence.width() - runs_end);
-    }
-    found += sum_run.get();
-    return found;
-}
+constexpr int tiles_of_run = std::max(run / judged_tile_px, 1);
 
-ConfidenceSum look_up(const JudgedPixels &pixels, const Confidences &of, int first_bin,
-                      int summed_row, ImageView<std::uint8_t> confidence) {
-    RunLookUp look_up_run(of, first_bin);
-    int u = 0;
-    for (; u + run <= confidence.width(); u += run) {
-        const std::uint16_t *depth = pixels.depth.data() + u;
-        const std::uint8_t *classes = pixels.classes.data() + u;
-        std::uint8_t *out = confidence.data() + u;
-        for (int v = 0; v < confidence.height(); ++v) {
-            hwy::Prefetch(depth + 2 * run);
-            hwy::Prefetch(classes + 2 * run);
-            look_up_run(depth, classes, out);
-            depth += pixels.depth.stride();
-            classes += pixels.classes.stride();
-            out += confidence.stride();
+/// What one table says.
+class Judge {
+public:
+    Judge(const Table &table, int first_bin) : table_(table), look_up_run_(table, first_bin) {}
+
+    void look_up(const std::uint16_t *depth, const std::uint8_t *classes,
+                 std::uint8_t *confidence) {
+        look_up_run_(depth, classes, confidence);
+    }
+    void add(const std::uint8_t *confidence) { sum_run_(confidence); }
+    /// The same for a run whose tiles have these places.
+    void look_up_alike(const std::uint16_t *places, ImageView<std::uint8_t> confidence) const {
+        fill_run(places, table_, confidence);
+    }
+    void add_alike(const std::uint16_t *places, int rows) {
+        for (int i = 0; i < tiles_of_run; ++i) {
+            const int confidence = table_[places[i]];
+            const int pixels = run / tiles_of_run * rows;
+            sum_ += {static_cast<std::uint64_t>(confidence * pixels), confidence != 0 ? pixels : 0};
         }
     }
-    for (int v = 0; v < confidence.height(); ++v)
-        look_up_singly(pixels.depth.row(v) + u, pixels.classes.row(v) + u, confidence.width() - u,
-                       of, confidence.row(v) + u);
-    return sum_of(confidence, summed_row);
+    /// The same for less than a run.
+    void look_up_rest(const std::uint16_t *depth, const std::uint8_t *classes, int count,
+                      std::uint8_t *confidence) const {
+        look_up_singly(depth, classes, count, table_, confidence);
+    }
+    void add_rest(const std::uint8_t *confidence, int count) {
+        sum_ += sum_singly(confidence, count);
+    }
+    ConfidenceSum sum() const {
+        ConfidenceSum all = sum_;
+        all += sum_run_.get();
+        return all;
+    }
+
+private:
+    const Table table_;
+    RunLookUp look_up_run_;
+    RunSum sum_run_;
+    ConfidenceSum sum_; ///< of all else
+};
+
+ConfidenceSums look_up(const JudgedPixels &pixels, const Confidences &of, int first_bin,
+                       int summed_row, ImageView<std::uint8_t> confidence) {
+    Judge judge({of.table, of.less}, first_bin), other({of.other_table, of.less}, first_bin);
+    std::uint8_t by_other[run];
+    const int width = confidence.width(), height = confidence.height();
+    const int tile_rows = pixels.places.empty() ? height : pixels.tile_rows;
+    int u = 0;
+    for (; u + run <= width; u += run)
+        for (int top = 0, y = 0; top < height; top += tile_rows, ++y) {
+            const int rows = std::min(tile_rows, height - top);
+            std::uint8_t *out = confidence.row(top) + u;
+            if (y < pixels.places.height()) {
+                const std::uint16_t *const places = pixels.places.row(y) + u / judged_tile_px;
+                const std::uint16_t *const end = places + tiles_of_run;
+                if (std::find(places, end, places_differ) == end) {
+                    judge.look_up_alike(places, {out, run, rows, confidence.stride()});
+                    const int summed = (rows + summed_row - 1) / summed_row;
+                    judge.add_alike(places, summed);
+                    other.add_alike(places, summed);
+                    continue;
+                }
+            }
+            const std::uint16_t *depth = pixels.depth.row(top) + u;
+            const std::uint8_t *classes = pixels.classes.row(top) + u;
+            for (int v = 0, next_summed = 0; v < rows; ++v) {
+                hwy::Prefetch(depth + 2 * run);
+                hwy::Prefetch(classes + 2 * run);
+                judge.look_up(depth, classes, out);
+                if (v == next_summed) {
+                    judge.add(out);
+                    other.look_up(depth, classes, by_other);
+                    other.add(by_other);
+                    next_summed += summed_row;
+                }
+                depth += pixels.depth.stride();
+                classes += pixels.classes.stride();
+                out += confidence.stride();
+            }
+        }
+    const int rest = width - u;
+    for (int v = 0; rest > 0 && v < height; ++v) {
+        const std::uint16_t *const depth = pixels.depth.row(v) + u;
+        const std::uint8_t *const classes = pixels.classes.row(v) + u;
+        judge.look_up_rest(depth, classes, rest, confidence.row(v) + u);
+        if (v % summed_row == 0) {
+            judge.add_rest(confidence.row(v) + u, rest);
+            other.look_up_rest(depth, classes, rest, by_other);
+            other.add_rest(by_other, rest);
+        }
+    }
+    return {judge.sum(), other.sum()};
 }
 
 void compare_singly(const ComparedPixels &in, int v, int first, float misplaced,
@@ -350,8 +432,8 @@ HWY_EXPORT(overlay);
 
 } // namespace
 
-ConfidenceSum look_up_confidences(const JudgedPixels &pixels, const Confidences &of, int first_bin,
-                                  int summed_row, ImageView<std::uint8_t> confidence) {
+ConfidenceSums look_up_confidences(const JudgedPixels &pixels, const Confidences &of, int first_bin,
+                                   int summed_row, ImageView<std::uint8_t> confidence) {
     return HWY_DYNAMIC_DISPATCH(look_up)(pixels, of, first_bin, summed_row, confidence);
 }
 

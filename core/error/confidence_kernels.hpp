@@ -35,15 +35,24 @@ constexpr int place_in_table(int pixel_class, int bin) {
     return (layer * depth_bins + bin) * class_layer + pixel_class % class_layer;
 }
 
+/// Columns of pixels in a tile whose pixels may have one confidence.
+constexpr int judged_tile_px = 16;
+/// Not the place in a table of all of a tile's pixels.
+constexpr std::uint16_t places_differ = 0xffff;
+
 /// Pixels that are given a confidence by their depth (millimetres, 0 = none) and class.
 struct JudgedPixels {
     ImageView<const std::uint16_t> depth;
     ImageView<const std::uint8_t> classes;
+    /// By tile: the place_in_table() of all of its pixels, or places_differ. May be empty.
+    ImageView<const std::uint16_t> places = {};
+    int tile_rows = 1; ///< rows of pixels in a tile
 };
 /// Confidences by class and bin (place_in_table()), but `less` lower; unknown_confidence at least,
-/// where the table has any.
+/// where the tables have any.
 struct Confidences {
-    const std::uint8_t *table; ///< 0 for class 0
+    const std::uint8_t *table;       ///< 0 for class 0
+    const std::uint8_t *other_table; ///< another one, of which only the sum is told
     std::uint8_t less;
 };
 /// Over some pixels that have depth.
@@ -58,11 +67,15 @@ struct ConfidenceSum {
     }
     bool operator==(const ConfidenceSum &) const = default;
 };
+/// By each of both tables.
+struct ConfidenceSums {
+    ConfidenceSum by_table, by_other_table;
+};
 /// Looks up the confidences of the pixels that have depth, beginning with `first_bin` and the next;
-/// others get none, their class is 0. Sums up one row in `summed_row`, from the first on.
-/// Real-time safe.
-ConfidenceSum look_up_confidences(const JudgedPixels &pixels, const Confidences &of, int first_bin,
-                                  int summed_row, ImageView<std::uint8_t> confidence);
+/// others get none, their class is 0. Sums up one row in `summed_row`, from the first on; a tile's
+/// rows are a multiple of it. Real-time safe.
+ConfidenceSums look_up_confidences(const JudgedPixels &pixels, const Confidences &of, int first_bin,
+                                   int summed_row, ImageView<std::uint8_t> confidence);
 
 /// Pixels of a composed map (millimetres, 0 = none) with their confidences, and the same pixels
 /// measured.

@@ -31,6 +31,13 @@ ImageView<T> cell_of(ImageView<T> image, int x, int y) {
                    std::min(size, image.height() - y * size));
 }
 
+/// By how much a confidence is less for an additional error, relative: the expected error is linear
+/// in the confidence; less than a step of it is left out.
+std::uint8_t steps_less(float error) {
+    const float steps = std::min(error / confidence_step, 254.0f);
+    return steps < 1 ? 0 : static_cast<std::uint8_t>(std::ceil(steps));
+}
+
 /// What the confidences promise, percent, in the mean; 100 without.
 float mean_error(const ConfidenceSum &of) {
     if (of.pixels == 0)
@@ -46,6 +53,7 @@ DepthComposer::DepthComposer(const Views &views, const KeyframeOptions &options,
     : views_(views), camera_(views.published), options_(options), pool_(pool),
       warp_(views.surface, views.published, options.warp, pool),
       depth_(camera_.width, camera_.height), classes_(camera_.width, camera_.height),
+      places_(warp_.readings().width(), warp_.readings().height(), places_differ),
       confidence_(camera_.width, camera_.height), drawn_depth_(depth_), drawn_classes_(classes_),
       further_(options.compose.maps_per_frame > 1 ? depth_ : DepthMap()),
       further_edges_(further_.width(), further_.height()),
@@ -87,6 +95,7 @@ void DepthComposer::compose(const KeyframeSet &keyframes, int reference, const P
         const Pose pose = pose_of(k);
         if (layer_count_ == 0) {
             covered_ = warp_.run(k.surface, pose, depth_, classes_, correction, next.shutter);
+            find_places();
         } else if (covered_ < enough) {
             // The skew is known of the reference alone.
             warp_.run(k.surface, pose, further_, further_edges_, correction,
@@ -277,8 +286,23 @@ bool DepthComposer::looks_as_drawn(const Keyframe &keyframe, const Drawn &next) 
     return true;
 }
 
+/// Finds the tiles whose pixels all have one confidence.
+void DepthComposer::find_places() {
+    static_assert(judged_tile_px == TileMapping::tile_px);
+    const auto place = [](const TileReadings &tile) {
+        if (!tile.told())
+            return places_differ;
+        const int bin = depth_bin(tile.nearest);
+        if (tile.farthest >= first_of_bin(bin + 1))
+            return places_differ;
+        return static_cast<std::uint16_t>(place_in_table(tile.edge_distance, bin));
+    };
+    std::ranges::transform(warp_.readings().pixels(), places_.pixels().begin(), place);
+}
+
 /// Pixels that are still empty get what a further map has.
 void DepthComposer::fill_in() {
+    std::ranges::replace(places_.pixels(), std::uint16_t{place_in_table(0, 0)}, places_differ);
     for (int v = 0; v < camera_.height; ++v) {
         const std::uint16_t *further = further_.row(v);
         const std::uint8_t *edge = further_edges_.row(v);
@@ -320,10 +344,8 @@ void DepthComposer::judge(const Doubts &doubts, bool all_rows) {
     make_tables(doubts.scales);
     pool_.run(cells_.height(), [&](int y) {
         for (int x = 0; x < cells_.width(); ++x)
-            if (cells_(x, y).judge) {
+            if (cells_(x, y).judge)
                 judge_cell(x, y, all_rows);
-                judge_independent(x, y);
-            }
     });
     judged_ = independent_ = {};
     for (const Cell &cell : cells_.pixels()) {
@@ -357,41 +379,33 @@ bool DepthComposer::find_doubts(const Doubts &doubts, bool all_rows) {
             if (!cell.judge)
                 continue;
             cell.local = local;
+            cell.less = steps_less(local);
             any = true;
         }
     return any;
 }
 
+/// Gives a cell's pixels, of all rows or of those that are summed up, their confidences.
 void DepthComposer::judge_cell(int x, int y, bool all_rows) {
     Cell &cell = cells_(x, y);
-    const int every = all_rows ? 1 : summed_row;
-    cell.judged = look_up_cell(x, y, table_, every, cell_of(confidence_.view(), x, y));
     cell.unfinished = !all_rows;
-}
-
-/// Sums up the confidences that the cell's pixels would have with an uncorrelated_share() of 1.
-void DepthComposer::judge_independent(int x, int y) {
-    std::array<std::uint8_t, MotionMask::cell_px * MotionMask::cell_px> unused;
-    const ImageView<std::uint8_t> confidence(unused.data(), MotionMask::cell_px,
-                                             MotionMask::cell_px, MotionMask::cell_px);
-    const auto depth = cell_of(depth_.view(), x, y);
-    cells_(x, y).independent =
-        look_up_cell(x, y, independent_table_, summed_row,
-                     part_of(confidence, 0, 0, depth.width(), depth.height()));
-}
-
-/// Gives one row in `every` of a cell's pixels their confidences.
-ConfidenceSum DepthComposer::look_up_cell(int x, int y, const ConfidenceTable &table, int every,
-                                          ImageView<std::uint8_t> confidence) const {
-    const auto depth = cell_of(depth_.view(), x, y);
-    // The expected error is linear in the confidence; less than a step of it is left out.
-    const float steps = std::min(cells_(x, y).local / confidence_step, 254.0f);
-    const float less = steps < 1 ? 0 : std::ceil(steps);
+    const int every = all_rows ? 1 : summed_row;
+    const auto rows_of = [&](auto image) { return every_row(cell_of(image, x, y), every); };
+    // Where something is displaced, tiles are not as they were drawn.
+    constexpr int tiles = MotionMask::cell_px / judged_tile_px;
+    ImageView<const std::uint16_t> places;
+    if (!cell.displaced)
+        places = part_of(places_.view(), x * tiles, y * tiles,
+                         std::min(tiles, places_.width() - x * tiles),
+                         std::min(tiles, places_.height() - y * tiles));
+    const auto depth = rows_of(depth_.view());
     const std::uint16_t middle = depth(depth.width() / 2, depth.height() / 2);
-    return look_up_confidences(
-        {every_row(depth, every), every_row(cell_of(classes_.view(), x, y), every)},
-        {table.data(), static_cast<std::uint8_t>(less)}, depth_bin(middle), summed_row / every,
-        every_row(confidence, every));
+    const ConfidenceSums sums =
+        look_up_confidences({depth, rows_of(classes_.view()), places, judged_tile_px / every},
+                            {table_.data(), independent_table_.data(), cell.less},
+                            depth_bin(middle), summed_row / every, rows_of(confidence_.view()));
+    cell.judged = sums.by_table;
+    cell.independent = sums.by_other_table;
 }
 
 ImageView<const ComparedErrors> DepthComposer::compare(DepthView measured) {

@@ -102,6 +102,7 @@ private:
     /// What lowers the confidences of a cell's pixels, and what came of it.
     struct Cell {
         float local = 0;           ///< relative error that is added
+        std::uint8_t less = 0;     ///< confidence, for it
         ConfidenceSum judged;      ///< over one row in `summed_row`
         ConfidenceSum independent; ///< the same, for independent_mre()
         bool judge = false;        ///< whether this has to be worked out
@@ -115,6 +116,7 @@ private:
     bool looks_as_drawn(const Keyframe &keyframe, const Drawn &next) const;
     std::span<const int> pick_keyframes(const KeyframeSet &keyframes, int reference,
                                         const Pose &now, std::span<int, most_layers> picked) const;
+    void find_places();
     void fill_in();
     void displace_run(int left, int right, int top, int bottom, const ResidualFlow::Shift &shift);
     void keep(int left, int right, int top, int bottom);
@@ -122,9 +124,6 @@ private:
     void make_tables(const ErrorScales &scales);
     bool find_doubts(const Doubts &doubts, bool all_rows);
     void judge_cell(int x, int y, bool all_rows);
-    void judge_independent(int x, int y);
-    ConfidenceSum look_up_cell(int x, int y, const ConfidenceTable &table, int every,
-                               ImageView<std::uint8_t> confidence) const;
 
     Views views_;
     Intrinsics camera_; ///< the published one
@@ -133,6 +132,8 @@ private:
     Warp warp_;
     DepthMap depth_;
     Image<std::uint8_t> classes_;
+    /// By tile of the map as it was drawn: JudgedPixels'.
+    Image<std::uint16_t> places_;
     Image<std::uint8_t> confidence_;
     DepthMap drawn_depth_; ///< the map as it was drawn, and so on: of cells that are kept
     Image<std::uint8_t> drawn_classes_;

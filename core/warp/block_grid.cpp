@@ -33,7 +33,18 @@ struct EvenRows {
     ImageView<std::uint8_t> even;
     ImageView<std::uint16_t> millimetres;
     ImageView<std::uint8_t> edge_distance;
+    TileReadings *readings; ///< of each tile
 };
+/// Whether the blocks of a tile, from the x-th on, all have that value.
+inline bool all_equal(std::uint8_t value, ImageView<const std::uint8_t> blocks, int x) {
+    std::uint32_t differing = 0;
+    for (int y = 0; y < mapped_tile_px / mapped_block_px; ++y) {
+        std::uint32_t four;
+        std::memcpy(&four, blocks.row(y) + x, sizeof four);
+        differing |= four ^ value * std::uint32_t{0x01010101};
+    }
+    return differing == 0;
+}
 #endif
 } // namespace afterglow
 
@@ -129,6 +140,32 @@ HWY_INLINE void draw_between(D d, ImageView<const std::uint16_t> nodes, int x,
         }
 }
 
+/// Of the tiles in a row, of which `even` tells the blocks.
+void find_readings(ImageView<const std::uint16_t> nodes, ImageView<const std::uint8_t> even,
+                   TileReadings *tiles) {
+    const hn::CappedTag<std::uint16_t, blocks_down> d;
+    constexpr int lanes = static_cast<int>(hn::MaxLanes(d));
+    for (int first = 0; first < even.width(); first += blocks_down) {
+        TileReadings &tile = *tiles++;
+        tile = {};
+        const std::uint8_t edge_distance = *(even.data() + first);
+        if (edge_distance == 0 || !all_equal(edge_distance, even, first))
+            continue;
+        // Blocks are bilinear between their nodes.
+        auto nearest = hn::Set(d, 0xffff), farthest = hn::Zero(d);
+        for (int y = 0; y <= blocks_down; ++y)
+            for (const int right : {0, 1})
+                for (int i = 0; i < blocks_down; i += lanes) {
+                    const auto of = hn::LoadU(d, nodes.row(y) + first + i + right);
+                    nearest = hn::Min(nearest, of);
+                    farthest = hn::Max(farthest, of);
+                }
+        tile = {.edge_distance = edge_distance,
+                .nearest = hn::GetLane(hn::MinOfLanes(d, nearest)),
+                .farthest = hn::GetLane(hn::MaxOfLanes(d, farthest))};
+    }
+}
+
 void draw_even_blocks(const NodeRows &nodes, const std::int16_t *most_displaced,
                       const EvenRows &to) {
     for_overlapping_lanes(hn::CappedTag<std::int16_t, most_blocks>(), to.even.width(),
@@ -137,6 +174,7 @@ void draw_even_blocks(const NodeRows &nodes, const std::int16_t *most_displaced,
                               find_even(d, nodes, most_displaced, x, to, even_columns);
                               draw_between(d, nodes.millimetres, x, even_columns, to.millimetres);
                           });
+    find_readings(nodes.millimetres, to.even, to.readings);
 }
 
 } // namespace
@@ -172,7 +210,7 @@ BlockGrid::BlockGrid(int width, int height)
       edge_distance_(millimetres_.width(), millimetres_.height()),
       displacement_(millimetres_.width(), millimetres_.height()),
       most_displaced_(columns_ * blocks_across, rows_),
-      even_(columns_ * blocks_across, rows_ * blocks_across) {}
+      even_(columns_ * blocks_across, rows_ * blocks_across), readings_(columns_, rows_) {}
 
 void BlockGrid::look_up(int x, int y, const MappedTile &tile, const ImageView<const float> &z,
                         int least_edge_distance) {
@@ -209,7 +247,7 @@ void BlockGrid::draw_even(int y, ImageView<std::uint16_t> millimetres,
     HWY_DYNAMIC_DISPATCH(draw_even_blocks)
     ({nodes(millimetres_), nodes(edge_distance_), nodes(displacement_)}, most_displaced_.row(y),
      {part_of(even_.view(), 0, y * blocks_across, even_.width(), blocks_across),
-      pixels(millimetres), pixels(edge_distance)});
+      pixels(millimetres), pixels(edge_distance), readings_.row(y)});
 }
 
 int BlockGrid::draw_uneven(int x, int y, const MappedTile &tile, const ImageView<const float> &z,

@@ -45,6 +45,8 @@ public:
     int draw_uneven(int x, int y, const MappedTile &tile, const ImageView<const float> &z,
                     int least_edge_distance, const ImageView<std::uint16_t> &millimetres,
                     const ImageView<std::uint8_t> &edge_distance) const;
+    /// What draw_even() has drawn on a tile: told if all of its blocks are even and alike.
+    const TileReadings &readings(int x, int y) const { return readings_(x, y); }
 
 private:
     static constexpr int blocks_across = mapped_tile_px / mapped_block_px;
@@ -56,7 +58,8 @@ private:
     /// By column of blocks and row of tiles: a block is not even if its corners are displaced by so
     /// much against each other, or more; the unit is that of displacement_.
     Image<std::int16_t> most_displaced_;
-    Image<std::uint8_t> even_; ///< by block: its mean edge distance; 0: not even
+    Image<std::uint8_t> even_;     ///< by block: its mean edge distance; 0: not even
+    Image<TileReadings> readings_; ///< by tile
 };
 
 } // namespace afterglow

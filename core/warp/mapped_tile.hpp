@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cmath>
+#include <cstdint>
 
 namespace afterglow {
 
@@ -43,6 +44,17 @@ struct MappedTile {
 
     /// Columns and rows by which a point is displaced whose inverse depth is 1 / m more.
     float parallax_px() const { return std::abs(parallax_u) + std::abs(parallax_v); }
+};
+
+/// What a tile was drawn with, where it is told: if all of its pixels are equally far from depth
+/// edges, or all are empty.
+struct TileReadings {
+    std::uint8_t edge_distance = 0; ///< of all pixels; 0: they are empty
+    /// All readings are from `nearest` to `farthest`, millimetres. Not told if `nearest` is more.
+    std::uint16_t nearest = 0xffff, farthest = 0;
+
+    static TileReadings empty() { return {.edge_distance = 0, .nearest = 0, .farthest = 0}; }
+    bool told() const { return nearest <= farthest; }
 };
 
 } // namespace afterglow

@@ -31,7 +31,7 @@ Warp::Warp(const Intrinsics &from, const Intrinsics &to, const WarpOptions &opti
            WorkerPool &pool)
     : from_(from), to_(to), options_(options), pool_(pool),
       tiles_(from, to, {options.least_edge_distance_px, !options.edges_hide}, pool),
-      grid_(to.width, to.height),
+      grid_(to.width, to.height), readings_(tiles_.columns(), tiles_.rows()),
       nearest_(pool, Image<WarpedPixel>(to.width + 2 * margin, to.height + 2 * margin)) {}
 
 ImageView<const WarpedPixel> Warp::landed() const {
@@ -158,10 +158,18 @@ int Warp::draw_tiles(const Drawing &to, int tile_row) {
         in_grid = grid_.columns();
     }
     for (int x = 0; x < tiles_.columns(); ++x) {
-        if (tiles_.content(x, tile_row) == TileContent::mapped)
+        const TileContent content = tiles_.content(x, tile_row);
+        TileReadings &readings = readings_(x, tile_row);
+        readings = {};
+        if (content == TileContent::mapped) {
             drawn += grid_.draw_uneven(x, tile_row, tiles_.mapped(x, tile_row), z,
                                        options_.least_edge_distance_px, to.depth, to.edge_distance);
-        if (x < in_grid || tiles_.content(x, tile_row) != TileContent::nothing)
+            readings = grid_.readings(x, tile_row);
+        }
+        if (content != TileContent::nothing)
+            continue;
+        readings = TileReadings::empty();
+        if (x < in_grid)
             continue;
         const int left = x * size, width = std::min(size, to_.width - left);
         for (int v = first; v < end; ++v) {

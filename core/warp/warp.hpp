@@ -52,6 +52,9 @@ public:
             ImageView<std::uint8_t> edge_distance, const DepthCorrection &correction = {},
             const RollingShutter &shutter = {});
 
+    /// What run() has drawn on each tile of the view.
+    const Image<TileReadings> &readings() const { return readings_; }
+
 private:
     /// As far as cracks are looked across.
     static constexpr int margin = widest_crack_px;
@@ -76,6 +79,7 @@ private:
     WorkerPool &pool_;
     TileMapping tiles_;
     BlockGrid grid_; ///< of the mapped ones
+    Image<TileReadings> readings_;
     /// What landed: maps with a margin on all sides on which nothing lands; in the end all is in
     /// the first.
     WorkerShares<Image<WarpedPixel>> nearest_;

@@ -50,15 +50,19 @@ TEST_CASE("the depth bins of confidences are at most a quarter of their depth wi
     }
 }
 
-TEST_CASE("confidences are looked up alike in vectors and one by one", "[core]") {
+TEST_CASE("confidences are looked up alike in vectors, by tiles and one by one", "[core]") {
     AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     std::mt19937 random(1);
     constexpr int layers = 3;
     std::vector<std::uint8_t> table(layers * class_layer * depth_bins);
     for (std::size_t i = 0; i < table.size(); ++i)
         table[i] = i % class_layer == 0 ? 0 : static_cast<std::uint8_t>(1 + random() % 250);
+    std::vector<std::uint8_t> other_table = table;
+    for (std::uint8_t &confidence : other_table)
+        confidence = confidence / 2;
     for (int round = 0; round < 300; ++round) {
-        const int width = 1 + static_cast<int>(random() % 60), height = 3;
+        const int width = 1 + static_cast<int>(random() % 60);
+        const int height = 1 + static_cast<int>(random() % 9);
         const unsigned spread = round % 3 == 0 ? 30 : round % 3 == 1 ? 150 : 5000;
         auto depth = some_depths(random, width, height, spread);
         if (round % 10 == 0)
@@ -67,28 +71,59 @@ TEST_CASE("confidences are looked up alike in vectors and one by one", "[core]")
             std::fill_n(depth.pixels().begin(), std::min(width, 40), std::uint16_t{0});
         Image<std::uint8_t> classes(width, height), confidence(width, height, 99);
         const unsigned most_layers = round % 2 == 0 ? 1 : layers;
+        const auto some_class = [&] {
+            return static_cast<std::uint8_t>(random() % most_layers * class_layer + 1 +
+                                             random() % (class_layer - 1));
+        };
         for (std::size_t i = 0; i < depth.pixels().size(); ++i)
             if (depth.pixels()[i] != 0)
-                classes.pixels()[i] = static_cast<std::uint8_t>(
-                    random() % most_layers * class_layer + 1 + random() % (class_layer - 1));
+                classes.pixels()[i] = some_class();
+        const int summed_row = 1 + static_cast<int>(random() % 3);
+        const int tile_rows = summed_row * (1 + static_cast<int>(random() % 3));
+        Image<std::uint16_t> places((width + judged_tile_px - 1) / judged_tile_px,
+                                    (height + tile_rows - 1) / tile_rows, places_differ);
+        for (int y = 0; y < places.height(); ++y)
+            for (int x = 0; x < places.width(); ++x) {
+                if (random() % 3 == 0)
+                    continue;
+                const bool empty = random() % 3 == 0;
+                const int bin = empty ? 0 : 20 + static_cast<int>(random() % 30);
+                const std::uint8_t of = empty ? std::uint8_t{0} : some_class();
+                places(x, y) = static_cast<std::uint16_t>(place_in_table(of, bin));
+                const auto wide = static_cast<unsigned>(first_of_bin(bin + 1) - first_of_bin(bin));
+                for (int v = y * tile_rows; v < std::min((y + 1) * tile_rows, height); ++v)
+                    for (int u = x * judged_tile_px; u < std::min((x + 1) * judged_tile_px, width);
+                         ++u) {
+                        classes(u, v) = of;
+                        depth(u, v) =
+                            static_cast<std::uint16_t>(first_of_bin(bin) + random() % wide);
+                    }
+            }
         const auto less = static_cast<std::uint8_t>(round % 4 > 1 ? random() % 255 : 0);
         const int first_bin = depth_bin(depth.pixels()[depth.pixels().size() / 2]);
-        const int summed_row = 1 + static_cast<int>(random() % 3);
-        const ConfidenceSum sum = look_up_confidences({depth, classes}, {table.data(), less},
-                                                      first_bin, summed_row, confidence);
-        ConfidenceSum expected_sum;
+        const bool by_tiles = round % 5 != 0;
+        const ConfidenceSums sums = look_up_confidences(
+            {depth, classes, by_tiles ? places.view() : ImageView<std::uint16_t>(), tile_rows},
+            {table.data(), other_table.data(), less}, first_bin, summed_row, confidence);
+        ConfidenceSums expected_sums;
         for (std::size_t i = 0; i < depth.pixels().size(); ++i) {
             const std::uint16_t mm = depth.pixels()[i];
-            const int place = place_in_table(classes.pixels()[i], bin_of(mm));
-            const int in_table = table[static_cast<std::size_t>(place)];
-            const int expected =
-                mm == 0 ? no_confidence : std::max<int>(in_table - less, unknown_confidence);
-            CAPTURE(round, i, mm, in_table, less);
+            const auto place =
+                static_cast<std::size_t>(place_in_table(classes.pixels()[i], bin_of(mm)));
+            const auto lowered = [&](int in_table) {
+                const int least = std::min<int>(in_table, unknown_confidence);
+                return mm == 0 ? no_confidence : std::max(in_table - less, least);
+            };
+            const int expected = lowered(table[place]), other = lowered(other_table[place]);
+            CAPTURE(round, i, mm, place, less);
             REQUIRE(confidence.pixels()[i] == expected);
-            if (static_cast<int>(i) / width % summed_row == 0)
-                expected_sum += {static_cast<std::uint64_t>(expected), mm != 0};
+            if (static_cast<int>(i) / width % summed_row == 0) {
+                expected_sums.by_table += {static_cast<std::uint64_t>(expected), expected != 0};
+                expected_sums.by_other_table += {static_cast<std::uint64_t>(other), other != 0};
+            }
         }
-        REQUIRE(sum == expected_sum);
+        REQUIRE(sums.by_table == expected_sums.by_table);
+        REQUIRE(sums.by_other_table == expected_sums.by_other_table);
     }
 }
 
