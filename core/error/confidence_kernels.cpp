@@ -335,12 +335,13 @@ ComparedErrors compare(const ComparedPixels &pixels, float misplaced) {
     ComparedErrors errors;
     int compared_columns = 0;
 #if HWY_TARGET != HWY_SCALAR
-    // Four lanes everywhere: sums have one order on every machine.
-    const hn::CappedTag<std::int32_t, 4> d;
+    const hn::CappedTag<std::int32_t, 8> d;
     const hn::RebindToFloat<decltype(d)> df;
     const hn::Repartition<std::uint16_t, decltype(d)> d16;
     const hn::Rebind<std::uint16_t, decltype(d)> of_confidences;
     const hn::Repartition<std::uint8_t, decltype(of_confidences)> d8;
+    // Sums of four lanes everywhere have one order on every machine.
+    const hn::CappedTag<float, 4> d_sum;
     constexpr int columns = 2 * static_cast<int>(hn::MaxLanes(d));
     compared_columns = in.composed.width() / columns * columns;
     // The first of each pair of pixels is in the lower half.
@@ -349,28 +350,41 @@ ComparedErrors compare(const ComparedPixels &pixels, float misplaced) {
     };
     const auto zero = hn::Zero(d), most = hn::Set(d, measured_confidence);
     const auto step = hn::Set(df, confidence_step), less = hn::Set(df, misplaced);
-    auto true_sum = hn::Zero(df), expected_sum = hn::Zero(df);
+    auto true_sum = hn::Zero(d_sum), expected_sum = hn::Zero(d_sum);
+    const auto add = [&](auto &sum, auto errors_of) HWY_ATTR {
+        if constexpr (hn::MaxLanes(df) > hn::MaxLanes(d_sum)) {
+            sum = hn::Add(sum, hn::LowerHalf(d_sum, errors_of));
+            sum = hn::Add(sum, hn::UpperHalf(d_sum, errors_of));
+        } else {
+            sum = hn::Add(sum, errors_of);
+        }
+    };
     auto count = zero;
-    for (int v = 0; v < in.composed.height(); v += 2)
+    for (int v = 0; v < in.composed.height(); v += 2) {
+        const std::uint16_t *const measured = in.measured.row(v);
+        const std::uint16_t *const composed = in.composed.row(v);
+        const std::uint8_t *const confidences = in.confidence.row(v);
+        // Of the cells to the right, which are next.
+        hwy::Prefetch(measured + 2 * in.composed.width());
+        hwy::Prefetch(composed + 2 * in.composed.width());
+        hwy::Prefetch(confidences + 2 * in.composed.width());
         for (int u = 0; u < compared_columns; u += columns) {
-            const auto truth = even_columns(in.measured.row(v) + u);
-            const auto shown = even_columns(in.composed.row(v) + u);
-            const auto pairs = hn::LoadU(d8, in.confidence.row(v) + u);
+            const auto truth = even_columns(measured + u), shown = even_columns(composed + u);
+            const auto pairs = hn::LoadU(d8, confidences + u);
             const auto confidence = hn::PromoteTo(
                 d, hn::And(hn::BitCast(of_confidences, pairs), hn::Set(of_confidences, 0xff)));
             const auto both = hn::Gt(hn::Min(truth, shown), zero);
             const auto there = hn::RebindMask(df, both);
             const auto difference = hn::ConvertTo(df, hn::Abs(hn::Sub(shown, truth)));
-            true_sum = hn::Add(
-                true_sum, hn::IfThenElseZero(there, hn::Div(difference, hn::ConvertTo(df, truth))));
+            add(true_sum, hn::IfThenElseZero(there, hn::Div(difference, hn::ConvertTo(df, truth))));
             const auto expected =
                 hn::Sub(hn::Mul(hn::ConvertTo(df, hn::Sub(most, confidence)), step), less);
-            expected_sum =
-                hn::Add(expected_sum, hn::IfThenElseZero(there, hn::Max(expected, step)));
+            add(expected_sum, hn::IfThenElseZero(there, hn::Max(expected, step)));
             count = hn::Sub(count, hn::VecFromMask(d, both));
         }
-    errors.true_sum = hn::GetLane(hn::SumOfLanes(df, true_sum));
-    errors.expected_sum = hn::GetLane(hn::SumOfLanes(df, expected_sum));
+    }
+    errors.true_sum = hn::GetLane(hn::SumOfLanes(d_sum, true_sum));
+    errors.expected_sum = hn::GetLane(hn::SumOfLanes(d_sum, expected_sum));
     errors.pixels = hn::GetLane(hn::SumOfLanes(d, count));
 #endif
     for (int v = 0; v < in.composed.height(); v += 2)
