@@ -58,6 +58,8 @@ public:
         return estimate_;
     }
 
+    void expect_lag(double lag_s) override { pipeline_->expect_lag(lag_s); }
+    void prepare() override { pipeline_->prepare(); }
     void restart() override {
         pipeline_->restart();
         estimate_.source = FrameSource::none;

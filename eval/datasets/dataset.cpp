@@ -2,6 +2,7 @@
 #include "eval/datasets/dataset.hpp"
 
 #include "drivers/files/image_file.hpp"
+#include "drivers/files/recording.hpp"
 #include "eval/datasets/layout.hpp"
 
 #include <fmt/format.h>
@@ -11,6 +12,7 @@
 #include <array>
 #include <cerrno>
 #include <charconv>
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <memory>
@@ -34,6 +36,11 @@ Error unrecognised(const std::string &folder) {
 }
 
 } // namespace
+
+std::int64_t Dataset::Frame::depth_time_ns() const {
+    const bool near = t_depth_ns >= 0 && std::abs(t_depth_ns - t_ns) <= recording_tolerance_ns;
+    return near ? t_depth_ns : t_ns;
+}
 
 std::vector<std::string_view> dataset_layouts() {
     std::vector<std::string_view> names;

@@ -26,6 +26,9 @@ struct Dataset {
         std::string color_path;
         std::string depth_path;
         std::optional<Pose> camera_to_world; ///< of the image's camera, x right, y down, z forward
+
+        /// t_depth_ns; the image's time where the two are too far apart for a recording.
+        std::int64_t depth_time_ns() const;
     };
 
     std::string layout;  ///< its name, as open_dataset() takes it

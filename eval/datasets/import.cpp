@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdlib>
 #include <filesystem>
@@ -19,14 +20,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The time that a recording has of a frame's depth map: the image's, where the two are too far
-/// apart for a recording.
-std::int64_t recorded_depth_time_ns(const Dataset::Frame &frame) {
-    const bool near =
-        frame.t_depth_ns >= 0 && std::abs(frame.t_depth_ns - frame.t_ns) <= recording_tolerance_ns;
-    return near ? frame.t_depth_ns : frame.t_ns;
-}
-
 Result<ImportSummary> write(Dataset &dataset, const std::string &source,
                             const std::string &destination, const ImportOptions &options,
                             const Alteration *alteration) {
@@ -36,6 +29,9 @@ Result<ImportSummary> write(Dataset &dataset, const std::string &source,
     if (alteration)
         alterer.emplace(*alteration);
     std::size_t done = 0;
+    const std::size_t all = dataset.frames.size();
+    const std::size_t wanted =
+        options.frames > 0 ? std::min(all, static_cast<std::size_t>(options.frames)) : all;
     for (const Dataset::Frame &frame : dataset.frames) {
         if (options.frames > 0 && summary.frames == options.frames)
             break;
@@ -51,13 +47,13 @@ Result<ImportSummary> write(Dataset &dataset, const std::string &source,
                     return made.error();
                 writer = *std::move(made);
             }
-            if (Status added = writer->add(frame.t_ns, *luma, recorded_depth_time_ns(frame), *depth,
+            if (Status added = writer->add(frame.t_ns, *luma, frame.depth_time_ns(), *depth,
                                            frame.camera_to_world);
                 !added)
                 return added.error();
             ++summary.frames;
         }
-        if (options.progress && !options.progress(++done, dataset.frames.size()))
+        if (options.progress && !options.progress(++done, wanted))
             break;
     }
     summary.skipped = dataset.skipped;

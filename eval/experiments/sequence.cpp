@@ -90,8 +90,8 @@ Result<Sequence> film_room(const Filming &filming, int frames, Watch &watch) {
            rig->color->read(color, std::chrono::seconds(1)) == Capture::frame) {
         if (rig->tof->read(depth, std::chrono::seconds(1)) != Capture::frame)
             return Error{"the synthetic TOF camera gave no depth"};
-        sequence.frames.push_back(
-            {color.t_ns, color.luma, depth.depth, truth.depth(color.sequence)});
+        sequence.frames.push_back({color.t_ns, color.luma, depth.depth, truth.depth(color.sequence),
+                                   depth.t_ns - color.t_ns});
         watch.tick();
     }
     return sequence;
@@ -117,7 +117,11 @@ Result<Sequence> load_recording(const std::string &folder, int frames, Watch &wa
         auto depth = dataset->read_depth(frame.depth_path);
         watch.tick();
         if (luma && depth) {
-            sequence.frames.push_back({frame.t_ns, *std::move(luma), *std::move(depth), {}});
+            sequence.frames.push_back({frame.t_ns,
+                                       *std::move(luma),
+                                       *std::move(depth),
+                                       {},
+                                       frame.depth_time_ns() - frame.t_ns});
             continue;
         }
         if (skipped++ == 0)
@@ -144,6 +148,9 @@ public:
         if (k >= sequence_.frames.size())
             return std::nullopt;
         return sequence_.frames[k].t_ns;
+    }
+    std::int64_t depth_time_ns(std::uint64_t k) const override {
+        return *time_ns(k) + frame(k).depth_after_ns;
     }
     Status read_luma(std::uint64_t k, ImageView<std::uint8_t> luma) override {
         return copy(frame(k).luma, luma);

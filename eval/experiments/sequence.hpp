@@ -18,8 +18,9 @@ struct Sequence {
     struct Frame {
         std::int64_t t_ns = 0;
         Luma luma;
-        DepthMap measured; ///< what a lit TOF camera gives
-        DepthMap truth;    ///< empty: what was measured is all that is known
+        DepthMap measured;               ///< what a lit TOF camera gives
+        DepthMap truth;                  ///< empty: what was measured is all that is known
+        std::int64_t depth_after_ns = 0; ///< when `measured` was taken, after the image
         const DepthMap &true_depth() const { return truth.empty() ? measured : truth; }
     };
 

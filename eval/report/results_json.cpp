@@ -84,10 +84,9 @@ void append(const json &object, const char *key, std::vector<T> &all) {
     all.insert(all.end(), more.begin(), more.end());
 }
 
-template <class T>
-void take_first(const json &object, const char *key, std::vector<T> &all) {
-    if (all.empty())
-        append(object, key, all);
+bool has_times(const Results &results) {
+    return !results.flow_times.empty() || !results.system_times.empty() ||
+           !results.stage_times.empty();
 }
 
 void add(const json &object, Results &results) {
@@ -96,19 +95,29 @@ void add(const json &object, Results &results) {
         return;
     }
     results.complete = results.complete && object.at("complete").get<bool>();
-    if (results.version.empty()) {
+    Results timed;
+    append(object, "flow_times", timed.flow_times);
+    append(object, "system_times", timed.system_times);
+    if (object.contains("system_cpu_times")) // results of earlier versions have none
+        append(object, "system_cpu_times", timed.system_cpu_times);
+    append(object, "stage_times", timed.stage_times);
+    // Times of different machines cannot be compared: those of one file are kept, with its machine.
+    const bool first_times = has_times(timed) && !has_times(results);
+    if (first_times) {
+        results.flow_times = std::move(timed.flow_times);
+        results.system_times = std::move(timed.system_times);
+        results.system_cpu_times = std::move(timed.system_cpu_times);
+        results.stage_times = std::move(timed.stage_times);
+    }
+    if (first_times || results.version.empty()) {
         results.version = object.value("version", "");
         results.machine = object.value("machine", "");
         results.date = object.value("date", "");
     }
     append(object, "notes", results.notes);
     append(object, "scores", results.scores);
-    take_first(object, "flow_times", results.flow_times);
-    take_first(object, "system_times", results.system_times);
-    if (object.contains("system_cpu_times")) // results of earlier versions have none
-        take_first(object, "system_cpu_times", results.system_cpu_times);
-    take_first(object, "stage_times", results.stage_times);
-    take_first(object, "ransac", results.ransac);
+    if (results.ransac.empty())
+        append(object, "ransac", results.ransac);
     append(object, "ablations", results.ablations);
     append(object, "infill", results.infill);
 }

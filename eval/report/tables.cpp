@@ -48,7 +48,7 @@ std::string ScoredDataset::label() const {
 }
 
 bool is_headline(const Summary &summary) {
-    return !summary.dataset.starts_with(synthetic_name) && summary.frames >= 30;
+    return !is_synthetic(summary.dataset) && summary.frames >= 30;
 }
 
 std::vector<ScoredDataset> datasets_of(std::span<const Score> scores) {
@@ -56,8 +56,8 @@ std::vector<ScoredDataset> datasets_of(std::span<const Score> scores) {
     for (const Score &score : scores) {
         const std::string &name = score.summary.dataset;
         if (std::ranges::find(all, name, &ScoredDataset::name) == all.end())
-            all.push_back({name, paper::family_of(name, score.layout),
-                           name.starts_with(synthetic_name), is_headline(score.summary)});
+            all.push_back({name, paper::family_of(name, score.layout), is_synthetic(name),
+                           is_headline(score.summary)});
     }
     // What is of no family has the rank behind the last one.
     std::ranges::stable_sort(all, {}, [](const ScoredDataset &dataset) {

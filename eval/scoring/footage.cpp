@@ -134,6 +134,11 @@ std::span<const SimulatedSensor> simulated_sensors() {
     return all;
 }
 
+bool is_synthetic(std::string_view name) {
+    const std::string_view room = synthetic_name;
+    return name.starts_with(room) && (name == room || name[room.size()] == ':');
+}
+
 std::optional<TofNoise> synthetic_tof(std::string_view source) {
     if (source == synthetic_name)
         return TofNoise();

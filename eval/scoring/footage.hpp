@@ -20,6 +20,9 @@ namespace afterglow {
 
 /// What stands for the synthetic room where a folder could stand.
 inline constexpr const char *synthetic_name = "synthetic";
+/// Whether that is the name of the synthetic room, or of one "synthetic:..." that stands in for a
+/// dataset.
+bool is_synthetic(std::string_view name);
 
 /// The true depth map of an image, millimetres; an error where it cannot be read.
 using TruthAt = std::function<Result<DepthMap>(std::int64_t t_ns)>;

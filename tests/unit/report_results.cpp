@@ -8,6 +8,7 @@
 #include "eval/report/results_json.hpp"
 #include "eval/report/table.hpp"
 #include "tests/catch.hpp"
+#include "tests/temporary_folder.hpp"
 
 #include <functional>
 #include <string>
@@ -219,6 +220,33 @@ TEST_CASE("the report lists the paper's datasets first, with their substitutes",
     CHECK(table->rows[3].cells[0].theirs == "0.93");
 }
 
+TEST_CASE("merged times are of one file, which tells version, machine and date", "[report]") {
+    const TemporaryFolder folder;
+    const auto file = [&](const char *machine, const std::vector<Timing> &flow,
+                          const std::vector<Timing> &stages) {
+        Results results;
+        results.version = std::string("v ") + machine;
+        results.machine = machine;
+        results.date = std::string("day of ") + machine;
+        results.flow_times = flow;
+        results.stage_times = stages;
+        return folder.write(machine, to_json(results));
+    };
+    const std::vector<Timing> slow = {{"Lucas Kanade", 9, 1, 1, 1, 30}};
+    const std::vector<Timing> quick = {{"Lucas Kanade", 2, 1, 1, 1, 30}};
+    const std::vector<Timing> stages = {{"all", 8, 1, 1, 1, 30}};
+    Results merged;
+    for (const std::string &path :
+         {file("none", {}, {}), file("slow", slow, {}), file("quick", quick, stages)})
+        REQUIRE(read_results(path, merged));
+    CHECK(merged.machine == "slow");
+    CHECK(merged.version == "v slow");
+    CHECK(merged.date == "day of slow");
+    REQUIRE(merged.flow_times.size() == 1);
+    CHECK(merged.flow_times[0].ms == 9);
+    CHECK(merged.stage_times.empty());
+}
+
 TEST_CASE("a merged system name cannot leave the report's folder", "[report]") {
     Results results;
     results.scores = {score("desk", "../../etc/passwd", "", 0, 20, 1)};
@@ -323,7 +351,8 @@ TEST_CASE("the report's headline leaves out short clips and synthetic rooms", "[
     const double own = GatePolicy().target_mre;
     results.scores = {score("desk", "default", "target", own, 9, 1.3),
                       score("clip", "default", "target", own, 90, 9),
-                      score("synthetic", "default", "target", own, 1, 0.1)};
+                      score("synthetic", "default", "target", own, 1, 0.1),
+                      score("synthetic-office", "default", "target", own, 9, 1.2)};
     results.scores[1].summary.frames = 29;
     const auto tables = make_tables(results);
     const auto labels = [&](const char *id) {
@@ -334,7 +363,7 @@ TEST_CASE("the report's headline leaves out short clips and synthetic rooms", "[
             all.push_back(row.label);
         return all;
     };
-    CHECK(labels("summary") == std::vector<std::string>{"desk", "median of 1"});
+    CHECK(labels("summary") == std::vector<std::string>{"desk", "synthetic-office", "median of 2"});
     CHECK(labels("summary-others") == std::vector<std::string>{"clip", "synthetic"});
     CHECK(tables.front().explanation.find("lit 9.00 %") != std::string::npos);
 }

@@ -92,6 +92,7 @@ public:
         pipeline_->prepare();
         mark(Mark::track);
     }
+    void expect_lag(double lag_s) override { pipeline_->expect_lag(lag_s); }
     void restart() override { pipeline_->restart(); }
     void want_confidence(bool wanted) override { pipeline_->want_confidence(wanted); }
     void want_depth(bool wanted) override { pipeline_->want_depth(wanted); }
