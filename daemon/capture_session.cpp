@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/capture_session.hpp"
 
+#include "core/base/clock.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -161,9 +163,7 @@ void CaptureSession::take(const FrameResult &result, Time now) {
 }
 
 void CaptureSession::charge(std::int64_t t_ns) {
-    timespec used{};
-    ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &used);
-    const std::int64_t cpu_ns = used.tv_sec * std::int64_t{1'000'000'000} + used.tv_nsec;
+    const std::int64_t cpu_ns = clock_ns(CLOCK_PROCESS_CPUTIME_ID);
     if (charged_t_ns_) {
         stream_ns_ += t_ns - *charged_t_ns_;
         cpu_ns_ += cpu_ns - charged_cpu_ns_;

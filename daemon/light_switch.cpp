@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "daemon/light_switch.hpp"
 
+#include "core/base/clock.hpp"
 #include "core/base/log.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <limits>
 #include <string>
 #include <utility>
@@ -13,11 +13,6 @@ namespace afterglow {
 namespace {
 
 constexpr std::int64_t open_end = std::numeric_limits<std::int64_t>::max();
-
-/// CLOCK_MONOTONIC, as frames have it.
-std::int64_t now_ns() {
-    return std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 } // namespace
 
@@ -50,7 +45,7 @@ Status LightSwitch::set(bool lit) {
     wanted_ = lit;
     if (lit && spans_[newest_].end_ns != open_end) {
         newest_ = (newest_ + 1) % spans_.size();
-        spans_[newest_] = {now_ns(), open_end};
+        spans_[newest_] = {monotonic_ns(), open_end};
     }
     give(lit, false);
     return ok();
@@ -110,7 +105,7 @@ void LightSwitch::run() noexcept {
             log(Priority::error, "the illuminator may still be lit: " + status.error().message);
             is_failure_logged = true;
         }
-        done.end_ns = now_ns();
+        done.end_ns = monotonic_ns();
         done_.push(done);
     }
     light_.reset();

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "core/base/clock.hpp"
 #include "core/base/log.hpp"
 #include "core/base/printable.hpp"
 #include "drivers/openni2/depth_mode.hpp"
@@ -24,10 +25,6 @@ namespace {
 
 /// More than two frames at 30 FPS.
 constexpr auto player_pause = std::chrono::milliseconds(100);
-
-std::int64_t now_ns() {
-    return std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 /// Copies a frame's pixels as millimetres. False if it is not of the camera's size.
 bool copy_depth(const openni::VideoFrameRef &frame, DepthMap &depth) {
@@ -197,7 +194,7 @@ Capture OpenNi2Device::Impl::lost(std::string_view why) {
 }
 
 void OpenNi2Device::Impl::onNewFrame(openni::VideoStream &from) {
-    const std::int64_t now = now_ns();
+    const std::int64_t now = monotonic_ns();
     // One call may stand for two frames, and then the second has none to read, for which the
     // library would wait.
     openni::VideoStream *waited = &from;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/simulated/sequence_rig.hpp"
 
+#include "core/base/clock.hpp"
+
 #include <cassert>
 #include <cerrno>
 #include <cmath>
@@ -194,9 +196,7 @@ private:
 } // namespace
 
 std::int64_t MonotonicClock::now_ns() const {
-    timespec now{};
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return now.tv_sec * std::int64_t{1'000'000'000} + now.tv_nsec;
+    return monotonic_ns();
 }
 
 void MonotonicClock::sleep_until(std::int64_t t_ns) {

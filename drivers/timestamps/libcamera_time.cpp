@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/timestamps/libcamera_time.hpp"
 
+#include "core/base/clock.hpp"
+
 #include <initializer_list>
 #include <time.h>
 
@@ -9,12 +11,6 @@ namespace {
 
 /// Clocks that differ by less than this are one.
 constexpr std::int64_t furthest_ahead_ns = 1'000'000;
-
-std::int64_t clock_ns(clockid_t clock) {
-    timespec time = {};
-    ::clock_gettime(clock, &time);
-    return static_cast<std::int64_t>(time.tv_sec) * 1'000'000'000 + time.tv_nsec;
-}
 
 } // namespace
 
@@ -28,8 +24,8 @@ std::int64_t capture_time(const FrameStamp &frame, std::int64_t period_ns, std::
 }
 
 std::int64_t time_asleep_ns() {
-    const std::int64_t monotonic_ns = clock_ns(CLOCK_MONOTONIC);
-    return clock_ns(CLOCK_BOOTTIME) - monotonic_ns;
+    const std::int64_t awake_ns = monotonic_ns();
+    return clock_ns(CLOCK_BOOTTIME) - awake_ns;
 }
 
 } // namespace afterglow::libcam

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/v4l2/system_calls.hpp"
 
+#include "core/base/clock.hpp"
+
 #include <sys/ioctl.h>
 
 #include <algorithm>
@@ -51,11 +53,7 @@ public:
         return ::ppoll(&waiting, 1, &limit, nullptr) > 0 ? waiting.revents : 0;
     }
 
-    std::int64_t now_ns() override {
-        timespec now = {};
-        ::clock_gettime(CLOCK_MONOTONIC, &now);
-        return static_cast<std::int64_t>(now.tv_sec) * 1'000'000'000 + now.tv_nsec;
-    }
+    std::int64_t now_ns() override { return monotonic_ns(); }
 };
 
 } // namespace

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "core/base/median.hpp"
 #include "drivers/files/read_file.hpp"
 #include "eval/datasets/icl_nuim.hpp"
 #include "eval/datasets/layout.hpp"
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cctype>
 #include <cerrno>
 #include <charconv>
@@ -64,10 +64,7 @@ Result<DepthMap> read_depth(const std::string &path) {
     const Result<std::vector<double>> distances = read_distances(path);
     if (!distances)
         return distances.error();
-    std::vector<double> sorted = *distances;
-    const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
-    std::nth_element(sorted.begin(), middle, sorted.end());
-    if (*middle > furthest_median)
+    if (median(*distances) > furthest_median)
         return Error{fmt::format("{}: half of the distances are beyond {} m: they are expected in "
                                  "metres",
                                  path, furthest_median),

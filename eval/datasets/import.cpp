@@ -29,9 +29,11 @@ Result<ImportSummary> write(Dataset &dataset, const std::string &source,
     if (alteration)
         alterer.emplace(*alteration);
     std::size_t done = 0;
-    const std::size_t all = dataset.frames.size();
-    const std::size_t wanted =
-        options.frames > 0 ? std::min(all, static_cast<std::size_t>(options.frames)) : all;
+    // Of how many; frames that were looked at and not written make it more.
+    const auto wanted = [&] {
+        const std::size_t all = dataset.frames.size();
+        return options.frames > 0 ? std::min(all, options.frames - summary.frames + done) : all;
+    };
     for (const Dataset::Frame &frame : dataset.frames) {
         if (options.frames > 0 && summary.frames == options.frames)
             break;
@@ -53,7 +55,8 @@ Result<ImportSummary> write(Dataset &dataset, const std::string &source,
                 return added.error();
             ++summary.frames;
         }
-        if (options.progress && !options.progress(++done, wanted))
+        ++done;
+        if (options.progress && !options.progress(done, wanted()))
             break;
     }
     summary.skipped = dataset.skipped;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "eval/experiments/timing.hpp"
 
+#include "core/base/clock.hpp"
 #include "core/paper/grid_flow.hpp"
 #include "core/paper/ransac.hpp"
 #include "core/paper/reprojection.hpp"
@@ -27,9 +28,7 @@ double time_ms(Job &&job) {
 
 /// CPU time that all threads of the process have used.
 double cpu_ms() {
-    timespec used{};
-    ::clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &used);
-    return 1e3 * static_cast<double>(used.tv_sec) + 1e-6 * static_cast<double>(used.tv_nsec);
+    return 1e-6 * static_cast<double>(clock_ns(CLOCK_PROCESS_CPUTIME_ID));
 }
 
 /// Two neighbouring frames of a sequence, and then the next two; round and round.

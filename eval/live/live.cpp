@@ -2,6 +2,7 @@
 #include "eval/live/live.hpp"
 
 #include "config/parameter_table.hpp"
+#include "core/base/clock.hpp"
 #include "drivers/files/image_file.hpp"
 #include "eval/dump.hpp"
 #include "eval/live/live_picture.hpp"
@@ -13,7 +14,6 @@
 #include <fmt/format.h>
 
 #include <cerrno>
-#include <ctime>
 #include <filesystem>
 #include <limits>
 #include <tuple>
@@ -38,12 +38,6 @@ std::string daemon_config(const LiveArguments &arguments, int frames,
         config.replay.path = std::filesystem::absolute(arguments.replay);
     }
     return to_toml(config);
-}
-
-std::int64_t now_ns() {
-    timespec now{};
-    ::clock_gettime(CLOCK_MONOTONIC, &now);
-    return now.tv_sec * 1'000'000'000ll + now.tv_nsec;
 }
 
 /// Reads frame `index`, or the newest one where that has been overwritten.
@@ -81,7 +75,7 @@ Result<std::uint64_t> read_frames(LiveSession &session, int frames, LiveScorer &
         }
         if (error < 0)
             return Error{fmt::format("reading a frame: {}", afterglow_strerror(error)), -error};
-        frame.received_ns = now_ns();
+        frame.received_ns = monotonic_ns();
         next = frame.info.index + 1;
         ++read;
         scorer.add(std::move(frame));

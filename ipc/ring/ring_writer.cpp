@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ipc/ring/ring_writer.hpp"
 
+#include "core/base/clock.hpp"
+
 #include <fmt/format.h>
 #include <sys/random.h>
 
@@ -9,7 +11,6 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
-#include <ctime>
 #include <utility>
 
 namespace afterglow {
@@ -36,12 +37,6 @@ void store_pose(double (&to)[12], const Pose &pose) {
             to[4 * row + column] = pose.R(row, column);
         to[4 * row + 3] = pose.T(row);
     }
-}
-
-std::int64_t now_ns() {
-    timespec now{};
-    ::clock_gettime(CLOCK_MONOTONIC, &now);
-    return std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
 }
 
 } // namespace
@@ -157,7 +152,7 @@ afterglow_frame RingWriter::publish(const Estimate &estimate, LumaView luma,
         images.store_plane(frame.index, 0, luma);
     }
     images_written_ = with_image;
-    frame.published_ns = now_ns();
+    frame.published_ns = monotonic_ns();
     depth.end_frame(frame);
     if (with_image)
         images.end_frame(frame);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ipc/ring/stream_notifier.hpp"
 
+#include "core/base/clock.hpp"
 #include "ipc/ring/stream_message.hpp"
 
 #include <fmt/format.h>
@@ -41,9 +42,7 @@ Status prepare(const UniqueFd &socket) {
 
 /// Of this thread.
 nanoseconds processor_time() {
-    timespec used{};
-    ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
-    return std::chrono::seconds(used.tv_sec) + nanoseconds(used.tv_nsec);
+    return nanoseconds(clock_ns(CLOCK_THREAD_CPUTIME_ID));
 }
 
 /// Processor time of one that nobody waits for: the median of a few. 0 where there is no socket.

@@ -119,7 +119,7 @@ TEST_CASE("a dataset import stops after the requested frames and on request") {
     options.frames = 2;
     options.progress = [&](std::size_t done, std::size_t of) {
         looked_at = done;
-        CHECK(of == 5);
+        CHECK(of == 3); // a damaged one is between
         return true;
     };
     Result<ImportSummary> summary =

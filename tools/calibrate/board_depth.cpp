@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/calibrate/board_depth.hpp"
 
+#include "core/base/median.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -23,12 +25,6 @@ std::optional<double> expected_reading(const Board &board, const Pose &board_to_
     if (!(share.minCoeff() > rim && share.maxCoeff() < 1 - rim))
         return std::nullopt;
     return range_along_ray ? z * d.norm() : z;
-}
-
-double median(std::vector<double> &values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
 }
 
 } // namespace
@@ -73,8 +69,8 @@ std::optional<DepthCheck> check_depth(const Board &board, std::span<const SeenBo
         }
         if (ratios.empty())
             return std::nullopt;
-        std::vector<double> sorted = ratios, residuals;
-        const double scale = median(sorted);
+        std::vector<double> residuals;
+        const double scale = median(ratios);
         for (std::size_t i = 0; i < ratios.size(); ++i)
             residuals.push_back((ratios[i] - scale) * distances[i]);
         const double noise = noise_of(std::move(residuals));

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/calibrate/residuals.hpp"
 
+#include "core/base/median.hpp"
+
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -93,9 +94,7 @@ double noise_of(std::vector<double> residuals) {
         return 0;
     for (double &each : residuals)
         each = std::abs(each);
-    const auto middle = residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2);
-    std::nth_element(residuals.begin(), middle, residuals.end());
-    const double outlier = 5 * 1.4826 * *middle;
+    const double outlier = 5 * 1.4826 * median(residuals);
     double sum = 0;
     std::size_t count = 0;
     for (const double each : residuals)

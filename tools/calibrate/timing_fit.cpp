@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/calibrate/timing_fit.hpp"
 
+#include "core/base/median.hpp"
 #include "tools/calibrate/board_depth.hpp"
 #include "tools/calibrate/board_motion.hpp"
 #include "tools/calibrate/camera_fit.hpp"
@@ -31,12 +32,6 @@ struct SeenPose {
     double t_s;
     Pose pose;
 };
-
-double median(std::vector<double> values) {
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    return *middle;
-}
 
 /// How fast the board goes through the images.
 double speed(std::span<const MovingImage> images) {

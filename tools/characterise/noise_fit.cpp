@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/characterise/noise_fit.hpp"
 
-#include "tools/characterise/median.hpp"
+#include "core/base/median.hpp"
 
 #include <Eigen/QR>
 
@@ -86,7 +86,7 @@ SensorNoise fit_curve(std::span<const DepthBin> bins, const SensorNoise &configu
     Terms terms = best_curve(bins, weights);
     for (int round = 0; round < 5; ++round) { // Huber's weights
         const Eigen::VectorXd errors = relative_errors(bins, terms).cwiseAbs();
-        const float typical = median({errors.begin(), errors.end()});
+        const float typical = median(std::vector(errors.begin(), errors.end()));
         const double limit = std::max(1.5 * 1.4826 * typical, 0.03);
         for (Eigen::Index i = 0; i < weights.size(); ++i)
             weights[i] = counts[i] * std::sqrt(std::min(1.0, limit / std::max(errors[i], 1e-9)));

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/characterise/settling.hpp"
 
-#include "tools/characterise/median.hpp"
+#include "core/base/median.hpp"
 
-#include <algorithm>
 #include <cassert>
 #include <cmath>
 

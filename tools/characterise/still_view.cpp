@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/characterise/still_view.hpp"
 
-#include "tools/characterise/median.hpp"
+#include "core/base/median.hpp"
 
 #include <algorithm>
 #include <cmath>

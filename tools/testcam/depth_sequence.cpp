@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/testcam/depth_sequence.hpp"
 
+#include "core/base/clock.hpp"
 #include "drivers/files/recording.hpp"
 #include "drivers/simulated/sequence_rig.hpp"
 #include "drivers/simulated/synthetic/synthetic.hpp"
@@ -55,7 +56,7 @@ private:
 
     Intrinsics camera_;
     SyntheticTruth truth_;
-    const std::int64_t begin_ns_ = MonotonicClock().now_ns();
+    const std::int64_t begin_ns_ = monotonic_ns();
 };
 
 } // namespace

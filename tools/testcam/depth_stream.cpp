@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/testcam/depth_stream.hpp"
 
+#include "core/base/clock.hpp"
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -53,7 +55,7 @@ void DepthStream::stop() {
 
 void DepthStream::run() {
     using Time = std::chrono::steady_clock::time_point;
-    Rounds::Frame frame = sequence_.next(now_ns());
+    Rounds::Frame frame = sequence_.next(monotonic_ns());
     std::unique_lock lock(mutex_);
     while (running_) {
         const Time due{std::chrono::nanoseconds(frame.due_ns)};
@@ -69,7 +71,7 @@ void DepthStream::run() {
             if (const Light light = emitter_.expose(frame.due_ns, frame.number);
                 light != Light::dark)
                 give(frame, light);
-        frame = sequence_.next(std::max(frame.due_ns, now_ns()));
+        frame = sequence_.next(std::max(frame.due_ns, monotonic_ns()));
         lock.lock();
     }
 }

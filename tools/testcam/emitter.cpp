@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/testcam/emitter.hpp"
 
-#include <chrono>
+#include "core/base/clock.hpp"
 
 namespace afterglow::testcam {
-
-std::int64_t now_ns() {
-    return std::chrono::nanoseconds(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 Emitter::Emitter(const Settings &settings)
     : wake_ns_(settings.wake_ns), warmup_maps_(settings.warmup_maps) {
@@ -36,7 +32,7 @@ void Emitter::update() {
     const bool lit = on_ && streaming_;
     if (lit == lit_since_ns_.has_value())
         return;
-    const std::int64_t t_ns = now_ns();
+    const std::int64_t t_ns = monotonic_ns();
     lit_since_ns_.reset();
     if (lit)
         lit_since_ns_ = t_ns;

@@ -43,7 +43,4 @@ private:
     std::ofstream log_;
 };
 
-/// CLOCK_MONOTONIC.
-std::int64_t now_ns();
-
 } // namespace afterglow::testcam

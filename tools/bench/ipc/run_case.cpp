@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/bench/ipc/run_case.hpp"
 
+#include "core/base/clock.hpp"
+
 #include <fmt/format.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
@@ -8,7 +10,6 @@
 #include <sys/wait.h>
 
 #include <cerrno>
-#include <chrono>
 #include <csignal>
 #include <cstring>
 #include <ctime>
@@ -55,10 +56,6 @@ SharedBoard make_board() {
     return board;
 }
 
-std::int64_t now_ns() {
-    return std::chrono::steady_clock::now().time_since_epoch().count();
-}
-
 /// A copy of this process that does `work`, which does not end unless it fails; why is then on the
 /// board. Killed with the object.
 class Child {
@@ -96,7 +93,7 @@ Error read_frames(const Transport &transport, const Session &session, Board &boa
     std::uint64_t next = 0;
     return transport.receive(
         session, index, [&](const std::byte *depth, const std::byte *confidence) {
-            const std::int64_t arrived_ns = now_ns();
+            const std::int64_t arrived_ns = monotonic_ns();
             Stamp stamp;
             std::memcpy(&stamp, depth, sizeof stamp);
             if (stamp.index < next)
@@ -130,7 +127,7 @@ Error publish_frames(const Transport &transport, const Session &session, Board &
     std::array<std::vector<std::byte>, 2> memory{std::vector<std::byte>(frame_bytes),
                                                  std::vector<std::byte>(frame_bytes)};
     constexpr std::int64_t period_ns = 1'000'000'000 / frames_per_second;
-    const std::int64_t start_ns = now_ns();
+    const std::int64_t start_ns = monotonic_ns();
     const std::int64_t warm_deadline_ns = start_ns + start_s * 1'000'000'000l;
     std::uint64_t end = UINT64_MAX;
     for (std::uint64_t index = 0; index < end; ++index) {
@@ -141,7 +138,7 @@ Error publish_frames(const Transport &transport, const Session &session, Board &
         if (end == UINT64_MAX && all_warm(board, readers)) {
             board.first_index = index;
             end = index + static_cast<std::uint64_t>(frames);
-        } else if (end == UINT64_MAX && now_ns() > warm_deadline_ns) {
+        } else if (end == UINT64_MAX && monotonic_ns() > warm_deadline_ns) {
             return Error{
                 fmt::format("not all readers had {} frames in {} s", warm_up_frames, start_s),
                 ETIMEDOUT};
@@ -149,7 +146,7 @@ Error publish_frames(const Transport &transport, const Session &session, Board &
         // What an estimator does just before: writing all of its frame.
         std::vector<std::byte> &frame = memory[index % memory.size()];
         std::memset(frame.data(), static_cast<int>(index & 0xff), frame.size());
-        const Stamp stamp{now_ns(), index};
+        const Stamp stamp{monotonic_ns(), index};
         std::memcpy(frame.data(), &stamp, sizeof stamp);
         (*publisher)->publish(frame);
     }
@@ -185,9 +182,9 @@ Result<CaseResult> run_case(const Transport &transport, int readers, int frames,
     for (int i = 0; i < readers; ++i)
         children.emplace_back(*board, [&] { return read_frames(transport, session, *board, i); });
     const std::int64_t longest_s = 2 * start_s + 2 * frames / frames_per_second;
-    const std::int64_t deadline_ns = now_ns() + longest_s * 1'000'000'000;
+    const std::int64_t deadline_ns = monotonic_ns() + longest_s * 1'000'000'000;
     while (board->state != Board::State::published && board->state != Board::State::failed &&
-           now_ns() < deadline_ns)
+           monotonic_ns() < deadline_ns)
         poll(nullptr, 0, 5);
     if (board->state != Board::State::published)
         return Error{fmt::format("{} with {} readers: {}", transport.name, readers,
