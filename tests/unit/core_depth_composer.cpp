@@ -224,9 +224,9 @@ TEST_CASE("a composed map is kept while the camera rests and drawn anew when it 
     }
 }
 
-TEST_CASE(
-    "displacing parts of a composed map moves their depths and leaves the drawn map as it was",
-    "[core]") {
+TEST_CASE("displacing parts of a composed map moves depths and confidences and leaves the drawn "
+          "map as it was",
+          "[core]") {
     Drawn drawn;
     const Intrinsics &camera = drawn.film.camera;
     const Views views(camera);
@@ -246,20 +246,24 @@ TEST_CASE(
         image.build(now);
         flow.find({reference.level(flow.level()), 1}, image, {}, drawn.composer.drawn(), moving);
     };
-    const auto displaced = [&](const DepthMap &map) {
-        DepthMap expected = map;
+    const auto displaced = [&](const auto &map) {
+        auto expected = map;
         for (int v = 0; v < flow.shifts().height() << flow.level(); ++v)
             for (int u = 0; u < flow.shifts().width() << flow.level(); ++u) {
                 const ResidualFlow::Shift shift =
                     flow.shifts()(u >> flow.level(), v >> flow.level());
                 const bool shown = map.view().contains(u + shift.u, v + shift.v);
-                expected(u, v) = shown ? map(u + shift.u, v + shift.v) : std::uint16_t{0};
+                expected(u, v) = 0;
+                if (shown)
+                    expected(u, v) = map(u + shift.u, v + shift.v);
             }
         return expected;
     };
-    const auto check = [&](const DepthMap &map) {
+    const auto check = [&](const DepthMap &map, const Image<std::uint8_t> &confidence) {
         drawn.composer.displace(flow);
         CHECK(drawn.composer.depth() == displaced(map));
+        drawn.composer.judge({});
+        CHECK(drawn.composer.confidence() == displaced(confidence));
         const auto depths = drawn.composer.depth().pixels();
         CHECK(drawn.composer.covered() ==
               std::ranges::count_if(depths, [](std::uint16_t depth) { return depth != 0; }));
@@ -271,6 +275,8 @@ TEST_CASE(
         drawn.compose(camera_now);
         REQUIRE(drawn.composer.drawn_anew());
         const DepthMap map = drawn.composer.depth();
+        drawn.composer.judge({});
+        const Image<std::uint8_t> confidence = drawn.composer.confidence();
         std::ranges::fill(moving.pixels(), std::uint8_t{0});
         moving(3, 2) = 1; // some cells, then all, while the map stays
         for (std::size_t k = 0; k < moves.size(); ++k) {
@@ -278,7 +284,7 @@ TEST_CASE(
             CAPTURE(right, down);
             move(right, down);
             REQUIRE(flow.any());
-            check(map);
+            check(map, confidence);
             CHECK(drawn.composer.depth() != map);
             drawn.compose(camera_now);
             REQUIRE_FALSE(drawn.composer.drawn_anew());
@@ -288,7 +294,7 @@ TEST_CASE(
         }
         move(0, 0);
         REQUIRE_FALSE(flow.any());
-        check(map);
+        check(map, confidence);
         CHECK(drawn.composer.depth() == map);
     }
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/warp/warp.hpp"
 #include "tests/catch.hpp"
+#include "tests/instruction_set.hpp"
 
 #include <Eigen/Geometry>
 
@@ -34,6 +35,7 @@ struct Carried {
         surface.build(map, pool);
         Warp warp(camera, camera, options, pool);
         drawn = warp.run(surface, pose, millimetres, edges, {}, shutter);
+        tiles = warp.readings();
         for (std::size_t i = 0; i < depth.pixels().size(); ++i)
             depth.pixels()[i] = 0.001f * static_cast<float>(millimetres.pixels()[i]);
     }
@@ -48,6 +50,7 @@ struct Carried {
     DepthMap millimetres;
     Image<std::uint8_t> edges;
     Image<float> depth; ///< metres, 0 = none
+    Image<TileReadings> tiles;
     int drawn = 0;
 };
 
@@ -323,6 +326,36 @@ TEST_CASE("warping tells how far each pixel's point is from the next depth edge"
     CHECK(carried.edges(54, 50) == 2);
     CHECK(carried.edges(57, 50) == 5);
     CHECK(carried.edges(70, 50) == far_from_edge);
+}
+
+TEST_CASE("what warping tells of a tile holds for all of its pixels", "[core]") {
+    AFTERGLOW_ON_EACH_INSTRUCTION_SET();
+    DepthMap room = wall_and_plate();
+    for (int v = 0; v < 40; ++v) // a slope that ends at a hole
+        for (int u = 0; u < 40; ++u)
+            room(u, v) = u < 30 ? static_cast<std::uint16_t>(2000 - 3 * u - 2 * v) : 0;
+    int even = 0, empty = 0, not_told = 0;
+    for (const bool edges_hide : {false, true})
+        for (const double metres : {0.0, 0.03, -0.3, 0.9}) {
+            const Carried carried(room, shifted(metres, metres / 2, 0), 2,
+                                  {.least_edge_distance_px = 2, .edges_hide = edges_hide});
+            REQUIRE(carried.tiles.width() == (camera.width + 15) / 16);
+            REQUIRE(carried.tiles.height() == (camera.height + 15) / 16);
+            for (int v = 0; v < camera.height; ++v)
+                for (int u = 0; u < camera.width; ++u) {
+                    const TileReadings &tile = carried.tiles(u / 16, v / 16);
+                    CAPTURE(edges_hide, metres, u, v);
+                    (!tile.told() ? not_told : tile.farthest == 0 ? empty : even) += 1;
+                    if (!tile.told())
+                        continue;
+                    REQUIRE(carried.edges(u, v) == tile.edge_distance);
+                    REQUIRE(carried.millimetres(u, v) >= tile.nearest);
+                    REQUIRE(carried.millimetres(u, v) <= tile.farthest);
+                }
+        }
+    CHECK(even > 10000);
+    CHECK(empty > 10000);
+    CHECK(not_told > 10000);
 }
 
 TEST_CASE("warping carries no reading nearer to a depth edge than asked for", "[core]") {
