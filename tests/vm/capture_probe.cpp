@@ -16,6 +16,7 @@
 //     calls=1       tells of each call that the driver refuses: its number, and the error
 //     light=CONTROL opens the light, lights it, and ends; seconds=N between them
 //     gpio=CHIP line=N active_low=1   the same for a light on a GPIO line
+//     times=N       lights it so often, whether that fails or not
 #include "core/base/unique_fd.hpp"
 #include "drivers/files/image_file.hpp"
 #include "drivers/files/recording.hpp"
@@ -318,13 +319,14 @@ int shine(const Arguments &arguments) {
     }
     say("opened");
     std::this_thread::sleep_for(pause);
-    if (const Status lit = (*light)->set(true); !lit) {
-        say(lit.error().message);
-        return 1;
+    bool is_lit = false;
+    for (int left = static_cast<int>(arguments.number("times", 1)); left > 0; --left) {
+        const Status lit = (*light)->set(true);
+        is_lit = static_cast<bool>(lit);
+        say(lit ? "lit" : lit.error().message);
+        std::this_thread::sleep_for(pause);
     }
-    say("lit");
-    std::this_thread::sleep_for(pause);
-    return 0;
+    return is_lit ? 0 : 1;
 }
 
 template <class Source, class Frame, class Options, class Environment>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0 OR GPL-2.0-only
 // A GPIO chip of four output lines that remembers their levels, also when nobody holds them: the
-// module parameter `levels` is a mask of the lines that are high. Debian's kernel has no gpio-sim.
+// module parameter `levels` is a mask of the lines that are high. 0 written to `present` takes the
+// chip away, 1 brings it back. Debian's kernel has no gpio-sim.
 #include <linux/bits.h>
 #include <linux/gpio/driver.h>
 #include <linux/module.h>
@@ -24,19 +25,43 @@ static int get_level(struct gpio_chip *chip, unsigned int line) {
 static struct gpio_chip chip = {
     .label = "test_gpio",
     .owner = THIS_MODULE,
-    .base = -1,
     .ngpio = 4,
     .direction_output = set_output,
     .set = set_level,
     .get = get_level,
 };
 
+static bool present;
+
+static int set_present(const char *text, const struct kernel_param *parameter) {
+    bool wanted;
+    int error = kstrtobool(text, &wanted);
+
+    if (error || wanted == present)
+        return error;
+    if (wanted) {
+        chip.base = -1; // numbers of lines that are free
+        error = gpiochip_add_data(&chip, NULL);
+    } else {
+        gpiochip_remove(&chip);
+    }
+    if (!error)
+        present = wanted;
+    return error;
+}
+
+static const struct kernel_param_ops present_ops = {
+    .set = set_present,
+    .get = param_get_bool,
+};
+module_param_cb(present, &present_ops, &present, 0644);
+
 static int __init add_chip(void) {
-    return gpiochip_add_data(&chip, NULL);
+    return set_present("1", NULL);
 }
 
 static void __exit remove_chip(void) {
-    gpiochip_remove(&chip);
+    set_present("0", NULL);
 }
 
 module_init(add_chip);
