@@ -2,7 +2,6 @@
 #pragma once
 
 #include "core/base/image.hpp"
-#include "core/error/local_errors.hpp"
 
 #include <bit>
 #include <cstdint>
@@ -35,9 +34,9 @@ constexpr int place_in_table(int pixel_class, int bin) {
     return (layer * depth_bins + bin) * class_layer + pixel_class % class_layer;
 }
 
-/// Columns of pixels in a tile whose pixels may have one confidence.
+/// Width, pixels, of the tiles for which JudgedPixels::places tells one place for all pixels.
 constexpr int judged_tile_px = 16;
-/// Not the place in a table of all of a tile's pixels.
+/// Instead of a place: a tile's pixels have several.
 constexpr std::uint16_t places_differ = 0xffff;
 
 /// Pixels that are given a confidence by their depth (millimetres, 0 = none) and class.
@@ -52,7 +51,7 @@ struct JudgedPixels {
 /// where the tables have any.
 struct Confidences {
     const std::uint8_t *table;       ///< 0 for class 0
-    const std::uint8_t *other_table; ///< another one, of which only the sum is told
+    const std::uint8_t *other_table; ///< a second one, whose confidences are summed up only
     std::uint8_t less;
 };
 /// Over some pixels that have depth.
@@ -76,17 +75,6 @@ struct ConfidenceSums {
 /// rows are a multiple of it. Real-time safe.
 ConfidenceSums look_up_confidences(const JudgedPixels &pixels, const Confidences &of, int first_bin,
                                    int summed_row, ImageView<std::uint8_t> confidence);
-
-/// Pixels of a composed map (millimetres, 0 = none) with their confidences, and the same pixels
-/// measured.
-struct ComparedPixels {
-    ImageView<const std::uint16_t> composed;
-    ImageView<const std::uint8_t> confidence;
-    ImageView<const std::uint16_t> measured;
-};
-/// Compares those at even columns and rows that have depth in both maps. What a confidence promises
-/// counts without the share `misplaced`, and as confidence_step at least. Real-time safe.
-ComparedErrors compare_errors(const ComparedPixels &pixels, float misplaced);
 
 /// Of a row over which a measured one was laid.
 struct Overlaid {

@@ -290,7 +290,7 @@ bool DepthComposer::looks_as_drawn(const Keyframe &keyframe, const Drawn &next) 
 void DepthComposer::find_places() {
     static_assert(judged_tile_px == TileMapping::tile_px);
     const auto place = [](const TileReadings &tile) {
-        if (!tile.told())
+        if (!tile.known())
             return places_differ;
         const int bin = depth_bin(tile.nearest);
         if (tile.farthest >= first_of_bin(bin + 1))

@@ -7,6 +7,7 @@
 #include "core/error/confidence_kernels.hpp"
 #include "core/error/expected_error.hpp"
 #include "core/error/local_errors.hpp"
+#include "core/error/map_comparison.hpp"
 #include "core/estimate.hpp"
 #include "core/keyframe/keyframe.hpp"
 #include "core/keyframe/keyframe_options.hpp"
@@ -102,7 +103,7 @@ private:
     /// What lowers the confidences of a cell's pixels, and what came of it.
     struct Cell {
         float local = 0;           ///< relative error that is added
-        std::uint8_t less = 0;     ///< confidence, for it
+        std::uint8_t less = 0;     ///< steps by which that lowers confidences
         ConfidenceSum judged;      ///< over one row in `summed_row`
         ConfidenceSum independent; ///< the same, for independent_mre()
         bool judge = false;        ///< whether this has to be worked out
@@ -132,7 +133,7 @@ private:
     Warp warp_;
     DepthMap depth_;
     Image<std::uint8_t> classes_;
-    /// By tile of the map as it was drawn: JudgedPixels'.
+    /// JudgedPixels::places of the map as it was drawn.
     Image<std::uint16_t> places_;
     Image<std::uint8_t> confidence_;
     DepthMap drawn_depth_; ///< the map as it was drawn, and so on: of cells that are kept

@@ -45,7 +45,8 @@ public:
     int draw_uneven(int x, int y, const MappedTile &tile, const ImageView<const float> &z,
                     int least_edge_distance, const ImageView<std::uint16_t> &millimetres,
                     const ImageView<std::uint8_t> &edge_distance) const;
-    /// What draw_even() has drawn on a tile: told if all of its blocks are even and alike.
+    /// Of what draw_even() has drawn on a tile: known if all of its blocks are even and have one
+    /// edge distance.
     const TileReadings &readings(int x, int y) const { return readings_(x, y); }
 
 private:

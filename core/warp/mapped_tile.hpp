@@ -46,15 +46,15 @@ struct MappedTile {
     float parallax_px() const { return std::abs(parallax_u) + std::abs(parallax_v); }
 };
 
-/// What a tile was drawn with, where it is told: if all of its pixels are equally far from depth
-/// edges, or all are empty.
+/// Bounds of the readings that were drawn on a tile. They are known only of tiles whose pixels all
+/// have one edge distance, or are all empty.
 struct TileReadings {
-    std::uint8_t edge_distance = 0; ///< of all pixels; 0: they are empty
-    /// All readings are from `nearest` to `farthest`, millimetres. Not told if `nearest` is more.
+    std::uint8_t edge_distance = 0; ///< of all pixels, pixels; 0: all are empty
+    /// Bounds of all pixels' readings, millimetres; nearest > farthest: not known.
     std::uint16_t nearest = 0xffff, farthest = 0;
 
     static TileReadings empty() { return {.edge_distance = 0, .nearest = 0, .farthest = 0}; }
-    bool told() const { return nearest <= farthest; }
+    bool known() const { return nearest <= farthest; }
 };
 
 } // namespace afterglow

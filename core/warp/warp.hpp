@@ -52,7 +52,7 @@ public:
             ImageView<std::uint8_t> edge_distance, const DepthCorrection &correction = {},
             const RollingShutter &shutter = {});
 
-    /// What run() has drawn on each tile of the view.
+    /// Bounds of what the last run() has drawn, by tile of the view.
     const Image<TileReadings> &readings() const { return readings_; }
 
 private:

@@ -29,7 +29,7 @@ Result<ImportSummary> write(Dataset &dataset, const std::string &source,
     if (alteration)
         alterer.emplace(*alteration);
     std::size_t done = 0;
-    // Of how many; frames that were looked at and not written make it more.
+    // How many frames will be looked at; each that is not written makes it one more.
     const auto wanted = [&] {
         const std::size_t all = dataset.frames.size();
         return options.frames > 0 ? std::min(all, options.frames - summary.frames + done) : all;

@@ -20,7 +20,7 @@ struct Sequence {
         Luma luma;
         DepthMap measured;               ///< what a lit TOF camera gives
         DepthMap truth;                  ///< empty: what was measured is all that is known
-        std::int64_t depth_after_ns = 0; ///< when `measured` was taken, after the image
+        std::int64_t depth_after_ns = 0; ///< from t_ns to when `measured` was taken
         const DepthMap &true_depth() const { return truth.empty() ? measured : truth; }
     };
 

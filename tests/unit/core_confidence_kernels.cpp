@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Kernels of confidences against the scalar code that they stand for.
+// Kernels of confidences, and of maps that are compared, against the scalar code that they stand
+// for.
 #include "core/error/confidence_kernels.hpp"
+#include "core/error/map_comparison.hpp"
 #include "core/estimate.hpp"
 #include "tests/catch.hpp"
 #include "tests/instruction_set.hpp"

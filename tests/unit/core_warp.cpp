@@ -328,13 +328,14 @@ TEST_CASE("warping tells how far each pixel's point is from the next depth edge"
     CHECK(carried.edges(70, 50) == far_from_edge);
 }
 
-TEST_CASE("what warping tells of a tile holds for all of its pixels", "[core]") {
+TEST_CASE("the bounds that warping tells of a tile hold for the readings of all its pixels",
+          "[core]") {
     AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     DepthMap room = wall_and_plate();
     for (int v = 0; v < 40; ++v) // a slope that ends at a hole
         for (int u = 0; u < 40; ++u)
             room(u, v) = u < 30 ? static_cast<std::uint16_t>(2000 - 3 * u - 2 * v) : 0;
-    int even = 0, empty = 0, not_told = 0;
+    int even = 0, empty = 0, unknown = 0;
     for (const bool edges_hide : {false, true})
         for (const double metres : {0.0, 0.03, -0.3, 0.9}) {
             const Carried carried(room, shifted(metres, metres / 2, 0), 2,
@@ -345,8 +346,8 @@ TEST_CASE("what warping tells of a tile holds for all of its pixels", "[core]") 
                 for (int u = 0; u < camera.width; ++u) {
                     const TileReadings &tile = carried.tiles(u / 16, v / 16);
                     CAPTURE(edges_hide, metres, u, v);
-                    (!tile.told() ? not_told : tile.farthest == 0 ? empty : even) += 1;
-                    if (!tile.told())
+                    (!tile.known() ? unknown : tile.farthest == 0 ? empty : even) += 1;
+                    if (!tile.known())
                         continue;
                     REQUIRE(carried.edges(u, v) == tile.edge_distance);
                     REQUIRE(carried.millimetres(u, v) >= tile.nearest);
@@ -355,7 +356,7 @@ TEST_CASE("what warping tells of a tile holds for all of its pixels", "[core]") 
         }
     CHECK(even > 10000);
     CHECK(empty > 10000);
-    CHECK(not_told > 10000);
+    CHECK(unknown > 10000);
 }
 
 TEST_CASE("warping carries no reading nearer to a depth edge than asked for", "[core]") {

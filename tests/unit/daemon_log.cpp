@@ -40,8 +40,8 @@ TEST_CASE("the log limits messages that take turns, each by itself, and counts a
     CHECK(log.line(image, now + 12s) == "an image is damaged");
 }
 
-TEST_CASE(
-    "what goes wrong again after the cameras ran is logged at once, with what was not logged") {
+TEST_CASE("a message that recurs after the cameras have run is logged at once, with the count of "
+          "those held back") {
     NoteLog log;
     const Note lost = Note::of(Priority::error, "the camera has no usable format");
     const NoteLog::Time now = NoteLog::Time(1h);

@@ -220,7 +220,8 @@ TEST_CASE("the report lists the paper's datasets first, with their substitutes",
     CHECK(table->rows[3].cells[0].theirs == "0.93");
 }
 
-TEST_CASE("merged times are of one file, which tells version, machine and date", "[report]") {
+TEST_CASE("a merged report has the times of one file, with its version, machine and date",
+          "[report]") {
     const TemporaryFolder folder;
     const auto file = [&](const char *machine, const std::vector<Timing> &flow,
                           const std::vector<Timing> &stages) {
