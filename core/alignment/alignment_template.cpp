@@ -79,9 +79,9 @@ struct Cells {
 
 TemplatePoints::TemplatePoints(int capacity) {
     const int rows = (capacity + block - 1) / block * block;
-    for (std::vector<float> *column : {&x, &y, &z, &intensity, &row, &per_s})
+    for (AlignedVector<float> *column : {&x, &y, &z, &intensity, &row, &per_s})
         column->resize(static_cast<std::size_t>(rows));
-    J.setZero(rows, derivatives);
+    J = Image<float>(rows, derivatives);
 }
 
 AlignmentTemplate::AlignmentTemplate(const Intrinsics &camera, const TemplateOptions &options)
@@ -93,7 +93,7 @@ AlignmentTemplate::AlignmentTemplate(const Intrinsics &camera, const TemplateOpt
         const Cells cells(w, h, options.points_per_level);
         levels_.emplace_back(l >= options.finest_level ? cells.across(w) * cells.across(h) : 0);
         const std::size_t points = levels_.back().x.size();
-        for (std::vector<float> *column :
+        for (AlignedVector<float> *column :
              {&found_.u, &found_.v, &found_.gradient_u, &found_.gradient_v})
             column->resize(std::max(column->size(), points));
     }

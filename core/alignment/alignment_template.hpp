@@ -2,11 +2,11 @@
 #pragma once
 
 #include "core/alignment/weighted_products.hpp"
+#include "core/base/aligned_vector.hpp"
 #include "core/base/camera.hpp"
+#include "core/base/image.hpp"
 #include "core/base/pyramid.hpp"
 #include "core/surface/depth_surface.hpp"
-
-#include <Eigen/Core>
 
 #include <span>
 #include <vector>
@@ -53,17 +53,17 @@ struct TemplatePoints {
     /// finest; there in proportion to the points' gradients if those are weak, as in a dim image.
     /// Coarse levels are compared while images are displaced and differ by more than noise.
     float contrast = 1;
-    std::vector<float> x, y, z;   ///< metres, keyframe coordinates
-    std::vector<float> intensity; ///< grey value in the keyframe
-    std::vector<float> row;       ///< place in the picture from top (-0.5) to bottom (0.5)
-    std::vector<float> per_s;     ///< 1 / s of its residuals (TemplateOptions), 1 / grey values
-    Eigen::Matrix<float, Eigen::Dynamic, derivatives> J; ///< grey values per unit of a Derivative
+    AlignedVector<float> x, y, z;   ///< metres, keyframe coordinates
+    AlignedVector<float> intensity; ///< grey value in the keyframe
+    AlignedVector<float> row;       ///< place in the picture from top (-0.5) to bottom (0.5)
+    AlignedVector<float> per_s;     ///< 1 / s of its residuals (TemplateOptions), 1 / grey values
+    Image<float> J;                 ///< a row for each Derivative: grey values per unit of it
 };
 
 /// Where points were found on a level: pixels, and half the difference of the grey values on both
 /// sides, along rows and columns. As long as the columns of the points.
 struct FoundPoints {
-    std::vector<float> u, v, gradient_u, gradient_v;
+    AlignedVector<float> u, v, gradient_u, gradient_v;
 };
 
 /// All of a keyframe that direct alignment needs, worked out once: points with a strong gradient

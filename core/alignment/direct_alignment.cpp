@@ -200,7 +200,7 @@ void DirectAlignment::sum_up(const AlignmentTemplate &reference, int level, cons
 void DirectAlignment::sum_up_part(const TemplatePoints &points, int begin, int end,
                                   const Placement &at, float cost_width, Wanted wanted,
                                   Part &part) const {
-    static constexpr std::array<float, points_at_once> ones = [] {
+    alignas(64) static constexpr std::array<float, points_at_once> ones = [] {
         std::array<float, points_at_once> column{};
         column.fill(1);
         return column;
@@ -214,7 +214,7 @@ void DirectAlignment::sum_up_part(const TemplatePoints &points, int begin, int e
         return;
     std::array<const float *, unknowns + 1> columns{};
     for (int i = 0; i < TemplatePoints::derivatives; ++i)
-        columns[static_cast<std::size_t>(i)] = points.J.col(i).data() + begin;
+        columns[static_cast<std::size_t>(i)] = points.J.row(i) + begin;
     columns[at_offset] = ones.data();
     columns[unknowns] = residuals.error.data();
     if (wanted == Wanted::error)

@@ -124,8 +124,8 @@ private:
 
     AlignmentOptions options_;
     WorkerPool &pool_;
-    std::vector<Part> parts_; ///< of the points of a level
-    std::vector<float> grey_; ///< PointsSeen::grey of all points of a level
+    std::vector<Part> parts_;   ///< of the points of a level
+    AlignedVector<float> grey_; ///< PointsSeen::grey of all points of a level
 };
 
 } // namespace afterglow

@@ -71,7 +71,7 @@ HWY_INLINE void look_up(const TemplatePoints &points, int first, GreyView image,
     const Lanes d;
     const hn::RebindToSigned<Lanes> di;
     const auto set = [&](float value) HWY_ATTR { return hn::Set(d, value); };
-    const auto load = [&](const std::vector<float> &column)
+    const auto load = [&](const AlignedVector<float> &column)
                           HWY_ATTR { return hn::LoadU(d, column.data() + first); };
     const auto x0 = load(points.x), y0 = load(points.y), z0 = load(points.z);
     const auto row = load(points.row);

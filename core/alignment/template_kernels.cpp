@@ -50,7 +50,7 @@ void complete(const FoundPoints &found, const Intrinsics &camera, const Template
     const auto gain_unit = set(TemplatePoints::gain_unit);
     const auto middle_grey = set(TemplatePoints::middle_grey);
     for (int i = 0; i < points.count; i += static_cast<int>(hn::Lanes(d))) {
-        const auto load = [&](const std::vector<float> &column)
+        const auto load = [&](const AlignedVector<float> &column)
                               HWY_ATTR { return hn::LoadU(d, column.data() + i); };
         const auto store = [&](auto value, float *column)
                                HWY_ATTR { hn::StoreU(value, d, column + i); };
@@ -77,7 +77,7 @@ void complete(const FoundPoints &found, const Intrinsics &camera, const Template
              {hn::Mul(a, inverse), hn::Mul(b, inverse), hn::Neg(hn::Mul(along, inverse)), turn_x,
               turn_y, turn_z, hn::Mul(turn_x, row), hn::Mul(turn_y, row), hn::Mul(turn_z, row),
               hn::Mul(gain_unit, hn::Sub(grey, middle_grey))})
-            store(value, points.J.col(column++).data());
+            store(value, points.J.row(column++));
     }
 }
 

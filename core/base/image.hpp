@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "core/base/aligned_vector.hpp"
+
 #include <algorithm>
 #include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <type_traits>
-#include <vector>
 
 namespace afterglow {
 
@@ -76,7 +77,7 @@ public:
     bool operator==(const Image &) const = default;
 
 private:
-    std::vector<T> pixels_;
+    AlignedVector<T> pixels_;
     int width_ = 0;
     int height_ = 0;
 };

@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <random>
@@ -60,7 +61,7 @@ TEST_CASE("points of a template are completed as one by one", "[core]") {
     std::mt19937 random(3);
     std::uniform_real_distribution<float> some(-1, 1);
     FoundPoints found;
-    for (std::vector<float> *column : {&found.u, &found.v, &found.gradient_u, &found.gradient_v})
+    for (AlignedVector<float> *column : {&found.u, &found.v, &found.gradient_u, &found.gradient_v})
         column->resize(points.x.size());
     for (std::size_t i = 0; i < 77; ++i) {
         found.u[i] = static_cast<float>(random() % 160);
@@ -71,7 +72,8 @@ TEST_CASE("points of a template are completed as one by one", "[core]") {
         points.intensity[i] = static_cast<float>(random() % 256);
     }
     complete_points(found, camera, options, points);
-    CHECK(points.J.allFinite()); // behind the last point, too
+    // Behind the last point, too.
+    CHECK(std::ranges::all_of(points.J.pixels(), [](float value) { return std::isfinite(value); }));
     for (std::size_t i = 0; i < 77; ++i) {
         const Eigen::Vector3d X =
             camera.back_project(found.u[i], found.v[i], static_cast<double>(points.z[i]));
