@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/surface/depth_surface.hpp"
 
+#include "core/surface/crack_kernels.hpp"
+#include "core/surface/cracks.hpp"
 #include "core/surface/surface_kernels.hpp"
 
 #include <algorithm>
@@ -55,45 +57,16 @@ void DepthSurface::finish() {
 void DepthSurface::fill_cracks() {
     constexpr int reach = widest_crack_px;
     const int w = smooth_.width(), h = smooth_.height(), count = w - 2 * reach;
-    for (int v = 0; v < h; ++v) {
-        const UnitDepth *const z = raw_.row(v);
-        const std::uint8_t *const distance = distance_.row(v);
-        std::uint8_t *const inside = inside_.row(v);
+    const CrackRule rule = {options_.crack_px, {options_.edge_relative, noise_}};
+    for (int below = 0; below < h; ++below) {
+        const UnitDepth *const z = raw_.row(below);
+        const std::uint8_t *const distance = distance_.row(below);
+        std::uint8_t *const inside = inside_.row(below);
         for (int u = 0; u < w; ++u) // the compiler makes vector code of it
             inside[u] = static_cast<std::uint8_t>((z[u] != 0) & (distance[u] > 1));
+        if (const int v = below - reach; v >= reach && count > 0)
+            fill_cracks_of_row(inside_.row(v) + reach, w, count, rule, smooth_.row(v) + reach);
     }
-    for (int v = reach; v < h - reach && count > 0; ++v) {
-        find_cracks(inside_.row(v) + reach, w, count, flags_.data());
-        const std::uint8_t *const end = flags_.data() + count;
-        for (const std::uint8_t *flag = flags_.data();; ++flag) {
-            flag = static_cast<const std::uint8_t *>(
-                std::memchr(flag, 1, static_cast<std::size_t>(end - flag)));
-            if (!flag)
-                break;
-            const int u = static_cast<int>(flag - flags_.data()) + reach;
-            if (const float z = crack_depth(u, v); z != 0.0f)
-                smooth_(u, v) = z;
-        }
-    }
-}
-
-/// What becomes of a point between others that are inside a surface; 0 where it is not the same
-/// surface on both sides.
-float DepthSurface::crack_depth(int u, int v) const {
-    const std::uint8_t *const inside = inside_.row(v) + u;
-    const float *const z = smooth_.row(v) + u;
-    float sum = 0;
-    int pairs = 0;
-    for_each_pair_across(
-        smooth_.width(), options_.crack_px,
-        [&](std::ptrdiff_t offset) { return inside[offset] != 0; },
-        [&](std::ptrdiff_t before, std::ptrdiff_t after, float share) {
-            if (std::abs(z[before] - z[after]) > edge_step(std::min(z[before], z[after])))
-                return;
-            sum += z[before] + share * (z[after] - z[before]);
-            ++pairs;
-        });
-    return pairs == 0 ? 0.0f : with_edge_distance(sum / static_cast<float>(pairs), beside_edge);
 }
 
 void DepthSurface::load(DepthView depth) {

@@ -92,7 +92,6 @@ private:
     void mark_edge(int u, int v);
     void grow_distance();
     void fill_cracks();
-    float crack_depth(int u, int v) const;
 
     Intrinsics camera_;
     DepthCorrection correction_;

@@ -21,7 +21,7 @@ void smooth_row(const SmoothedRow &in, const SixSigmaFactors &six_sigmas, const 
 
 /// Smoothing with a radius of 2 in two passes, which is nearly the same for a third of the work.
 /// They take so many readings of a row at least:
-constexpr int least_of_pass = 8;
+constexpr int least_of_pass = most_units_at_once;
 /// The first: each of `count` readings becomes the mean over five of its row, in whole units, less
 /// one: no reading is 2^16 - 1. Two readings before `z` and two behind the last are read. `limits`:
 /// how far the mean of two opposite readings may be from each, units.

@@ -97,9 +97,10 @@ void compare(const SteppedRow &row, const SteppedRow &below, int count,
 
 Slopes slopes(const UnitDepth *HWY_RESTRICT pixels, const UnitDepth *HWY_RESTRICT next, int count,
               const EdgeRule &of, const DepthUnits &units) {
-    const HalfUnits d16;
-    const HalfInts di;
-    const HalfFloats d;
+    // Four, whatever a vector holds: the order of a sum changes its last bits.
+    const hn::CappedTag<float, 4> d;
+    const hn::RebindToSigned<decltype(d)> di;
+    const hn::Rebind<UnitDepth, decltype(d)> d16;
     const SensorNoise noise = in_units(of.noise, units);
     const float relative = of.edge_relative;
     auto sum = hn::Zero(d);
@@ -132,23 +133,6 @@ void grow(const std::uint8_t *HWY_RESTRICT next, int count, std::uint8_t *HWY_RE
         values[i] = std::min(values[i], static_cast<std::uint8_t>(next[i] + 1));
 }
 
-void cracks_of_row(const std::uint8_t *HWY_RESTRICT inside, std::ptrdiff_t stride, int count,
-                   std::uint8_t *HWY_RESTRICT cracks) {
-    const hn::CappedTag<std::uint8_t, 32> d;
-    for_overlapping_lanes(d, count, [&](auto d8, int i) HWY_ATTR {
-        const std::uint8_t *const at = inside + i;
-        // Between two pixels inside a surface in a direction, one of them the next.
-        const auto between = [&](std::ptrdiff_t step) HWY_ATTR {
-            const auto before2 = hn::LoadU(d8, at - 2 * step), before = hn::LoadU(d8, at - step);
-            const auto after = hn::LoadU(d8, at + step), after2 = hn::LoadU(d8, at + 2 * step);
-            return hn::Or(hn::And(before, hn::Or(after, after2)), hn::And(before2, after));
-        };
-        const auto straight = hn::Or(between(1), between(stride));
-        const auto diagonal = hn::Or(between(stride + 1), between(stride - 1));
-        hn::StoreU(hn::AndNot(hn::LoadU(d8, at), hn::Or(straight, diagonal)), d8, cracks + i);
-    });
-}
-
 } // namespace
 } // namespace afterglow::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
@@ -162,7 +146,6 @@ HWY_EXPORT(steps);
 HWY_EXPORT(compare);
 HWY_EXPORT(slopes);
 HWY_EXPORT(grow);
-HWY_EXPORT(cracks_of_row);
 
 } // namespace
 
@@ -187,11 +170,6 @@ Slopes find_slopes(const UnitDepth *pixels, const UnitDepth *next, int count, co
 
 void grow_from_row(const std::uint8_t *next, int count, std::uint8_t *values) {
     HWY_DYNAMIC_DISPATCH(grow)(next, count, values);
-}
-
-void find_cracks(const std::uint8_t *inside, std::ptrdiff_t stride, int count,
-                 std::uint8_t *cracks) {
-    HWY_DYNAMIC_DISPATCH(cracks_of_row)(inside, stride, count, cracks);
 }
 
 } // namespace afterglow

@@ -58,11 +58,4 @@ Slopes find_slopes(const UnitDepth *pixels, const UnitDepth *next, int count, co
 /// next[i] + 1). Real-time safe.
 void grow_from_row(const std::uint8_t *next, int count, std::uint8_t *values);
 
-/// Sets `cracks` to 1 where a pixel of a row is not inside a surface, but lies between two that
-/// are, one of them its neighbour and the other at most two pixels away, else to 0. `inside`: the
-/// row in a map whose rows are `stride` pixels apart, 1 where a pixel is inside a surface; two more
-/// rows and columns are read on each side. Real-time safe.
-void find_cracks(const std::uint8_t *inside, std::ptrdiff_t stride, int count,
-                 std::uint8_t *cracks);
-
 } // namespace afterglow

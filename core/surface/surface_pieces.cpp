@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstdlib>
+#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -26,8 +27,14 @@ void find_row(ImageView<const float> z, int first_row, float *HWY_RESTRICT neare
     const hn::CappedTag<std::uint32_t, px> d;
     const hn::RebindToFloat<decltype(d)> df;
     const int end_row = std::min(first_row + px, z.height());
+    const int next_end = std::min(end_row + px, z.height());
     const auto one = hn::Set(d, 1), edge_bits = hn::Set(d, edge_distance_bits);
     for (int x = 0; x < z.width() / px; ++x) {
+        if (x % 2 == 0) { // a cache line of the next row of pieces, far away in memory
+            const float *line = z.row(end_row) + x * px;
+            for (int v = end_row; v < next_end; ++v, line += z.stride())
+                hwy::Prefetch(line);
+        }
         auto near = hn::Set(d, ~std::uint32_t{0}), edge = near, least = near, far = hn::Zero(d);
         for (int v = first_row; v < end_row; ++v)
             for (int u = x * px; u < (x + 1) * px; u += static_cast<int>(hn::Lanes(d))) {

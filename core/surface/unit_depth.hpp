@@ -39,7 +39,10 @@ struct SixSigmaFactors {
     std::int16_t floor, linear, quadratic, least;
 };
 
-/// Kernels read this many depths, flags and steps past the end of a row. What is there is not used.
-constexpr int row_slack = 16;
+/// Kernels take at most so many depths of a row at once.
+constexpr int most_units_at_once = 32;
+/// They read this many depths and steps past the end of a row: a vector, and the largest radius of
+/// smoothing. What is there is not used.
+constexpr int row_slack = most_units_at_once + 8;
 
 } // namespace afterglow

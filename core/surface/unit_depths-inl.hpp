@@ -33,8 +33,8 @@ HWY_API V upper_half(V value) {
     return value;
 }
 #else
-inline constexpr int lanes = 8;
-using Units = hn::CappedTag<std::int16_t, lanes>;
+using Units = hn::CappedTag<std::int16_t, most_units_at_once>;
+inline constexpr int lanes = static_cast<int>(hn::MaxLanes(Units()));
 using HalfUnits = hn::Half<Units>;
 template <class V>
 HWY_API auto lower_half(V value) {

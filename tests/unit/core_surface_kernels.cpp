@@ -3,6 +3,8 @@
 // those that kernels get wrong.
 #include "core/base/image.hpp"
 #include "core/calibration/self_calibration.hpp"
+#include "core/surface/crack_kernels.hpp"
+#include "core/surface/cracks.hpp"
 #include "core/surface/smoothing_kernels.hpp"
 #include "core/surface/surface_kernels.hpp"
 #include "core/surface/surface_point.hpp"
@@ -117,7 +119,7 @@ TEST_CASE("smoothing of rows and of columns in vectors is smoothing reading by r
     AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     std::mt19937 random(5);
     for (const float farthest : {12.0f, 30.0f})
-        for (const int count : {least_of_pass, 9, 15, 16, 61}) {
+        for (const int count : {least_of_pass, 33, 47, 63, 64, 101}) {
             const DepthUnits units(farthest);
             const auto size = static_cast<std::size_t>(count);
             const auto row = unit_depths(random, size + 4, units);
@@ -344,27 +346,52 @@ TEST_CASE("a distance is at most one more than the next row's") {
     CHECK(values == std::vector<std::uint8_t>{1, 2, 7, 7, 7, 4, 3, 2, 2, 2, 2, 2, 2, 2, 2, 2, 7});
 }
 
-TEST_CASE("cracks are pixels between two that are inside a surface, alike in vectors and singly",
-          "[core]") {
+TEST_CASE("cracks are filled in vectors as point by point", "[core]") {
     AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     std::mt19937 random(8);
-    for (int round = 0; round < 200; ++round) {
-        const int count = 1 + static_cast<int>(random() % 70);
+    int filled = 0, parted = 0;
+    for (int round = 0; round < 400; ++round) {
+        const int count = 1 + static_cast<int>(random() % 70), widest = 1 + round / 2 % 2;
         const unsigned one_in = round % 2 == 0 ? 2 : 6; // is outside
-        Image<std::uint8_t> map(count + 4, 5);
-        for (std::uint8_t &pixel : map.pixels())
-            pixel = random() % one_in != 0;
-        std::vector<std::uint8_t> cracks(static_cast<std::size_t>(count), 9);
-        find_cracks(map.row(2) + 2, map.width(), count, cracks.data());
+        Image<std::uint8_t> inside(count + 4, 5);
+        Image<float> points(count + 4, 5);
+        for (float &point : points.pixels()) // two surfaces, and holes
+            point = random() % 8 == 0
+                        ? 0.0f
+                        : with_edge_distance(1.5f + 0.01f * static_cast<float>(random() % 3) +
+                                                 static_cast<float>(random() % 10 == 0),
+                                             static_cast<std::uint8_t>(1 + random() % 7));
+        std::ranges::transform(points.pixels(), inside.pixels().begin(), [&](float point) {
+            return static_cast<std::uint8_t>(random() % one_in != 0 && point != 0);
+        });
+        const CrackRule rule = {widest, {0.02f, sensor}};
+        Image<float> expected = points;
         for (int u = 0; u < count; ++u) {
-            const auto inside = [&](int du, int dv) { return map(2 + u + du, 2 + dv); };
-            bool between = false;
-            for (const auto &[du, dv] : {std::pair(1, 0), {0, 1}, {1, 1}, {-1, 1}})
-                for (const auto &[before, after] : {std::pair(1, 1), {1, 2}, {2, 1}})
-                    between = between || (inside(-before * du, -before * dv) &&
-                                          inside(after * du, after * dv));
-            CAPTURE(round, u);
-            REQUIRE(cracks[static_cast<std::size_t>(u)] == (between && !inside(0, 0)));
+            const std::uint8_t *const in = inside.row(2) + 2 + u;
+            const float *const at = points.row(2) + 2 + u;
+            float sum = 0;
+            int pairs = 0;
+            for_each_pair_across(
+                inside.width(), widest, [&](std::ptrdiff_t offset) { return in[offset] != 0; },
+                [&](std::ptrdiff_t before, std::ptrdiff_t after, float share) {
+                    const float near = std::min(at[before], at[after]);
+                    const float step = 0.02f * near + 3 * sensor.sigma(near);
+                    if (std::abs(at[before] - at[after]) > step) {
+                        ++parted;
+                        return;
+                    }
+                    sum += at[before] + share * (at[after] - at[before]);
+                    ++pairs;
+                });
+            if (*in != 0 || pairs == 0)
+                continue;
+            expected(2 + u, 2) = with_edge_distance(sum / static_cast<float>(pairs), beside_edge);
+            ++filled;
         }
+        fill_cracks_of_row(inside.row(2) + 2, inside.width(), count, rule, points.row(2) + 2);
+        CAPTURE(round, count, widest);
+        REQUIRE(points == expected);
     }
+    CHECK(filled > 1000);
+    CHECK(parted > 1000);
 }
