@@ -146,10 +146,15 @@ void Warp::look_up_nodes(const DepthSurface &surface, int tile_row) {
     }
 }
 
+/// Tiles beside each other whose pixels share a cache line.
+template <class Pixel>
+constexpr int tiles_in_line = static_cast<int>(64 / (TileMapping::tile_px * sizeof(Pixel)));
+
 /// The functions that draw tell how many pixels have depth.
 int Warp::draw_tiles(const Drawing &to, int tile_row) {
     constexpr int size = TileMapping::tile_px;
     const int first = tile_row * size, end = std::min(first + size, to_.height);
+    const int next_end = std::min(end + size, to_.height);
     const ImageView<const float> z = to.surface.z();
     int drawn = 0;
     int in_grid = 0; // tiles that are empty where nothing is drawn
@@ -161,6 +166,17 @@ int Warp::draw_tiles(const Drawing &to, int tile_row) {
         const TileContent content = tiles_.content(x, tile_row);
         TileReadings &readings = readings_(x, tile_row);
         readings = {};
+        // Stores wait for what is not in the cache: the lines of the next row of tiles are fetched.
+        if (x % tiles_in_line<std::uint16_t> == 0) {
+            const std::uint16_t *line = to.depth.row(end) + x * size;
+            for (int v = end; v < next_end; ++v, line += to.depth.stride())
+                hwy::Prefetch(line);
+        }
+        if (x % tiles_in_line<std::uint8_t> == 0) {
+            const std::uint8_t *line = to.edge_distance.row(end) + x * size;
+            for (int v = end; v < next_end; ++v, line += to.edge_distance.stride())
+                hwy::Prefetch(line);
+        }
         if (content == TileContent::mapped) {
             drawn += grid_.draw_uneven(x, tile_row, tiles_.mapped(x, tile_row), z,
                                        options_.least_edge_distance_px, to.depth, to.edge_distance);
