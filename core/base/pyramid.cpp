@@ -4,6 +4,8 @@
 #define HWY_TARGET_INCLUDE "core/base/pyramid.cpp"
 #include "core/base/pyramid.hpp"
 
+#include <algorithm>
+#include <hwy/cache_control.h>
 #include <hwy/foreach_target.h>
 #include <hwy/highway.h>
 
@@ -87,8 +89,15 @@ Pyramid::Pyramid(int width, int height, int levels) {
 
 void Pyramid::build(LumaView image) {
     GreyImage &first = levels_[0];
-    for (int v = 0; v < first.height(); ++v)
+    for (int v = 0; v < first.height(); ++v) {
+        // The image comes from elsewhere, and is not in the cache.
+        constexpr int rows_ahead = 8, line = 64;
+        for (int row = 2 * v + rows_ahead; row < std::min(2 * v + rows_ahead + 2, image.height());
+             ++row)
+            for (int u = 0; u < image.width(); u += line)
+                hwy::Prefetch(image.row(row) + u);
         halve(image.row(2 * v), image.row(2 * v + 1), first.width(), first.row(v));
+    }
     for (std::size_t l = 1; l < levels_.size(); ++l) {
         const GreyImage &from = levels_[l - 1];
         GreyImage &to = levels_[l];

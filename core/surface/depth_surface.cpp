@@ -59,11 +59,7 @@ void DepthSurface::fill_cracks() {
     const int w = smooth_.width(), h = smooth_.height(), count = w - 2 * reach;
     const CrackRule rule = {options_.crack_px, {options_.edge_relative, noise_}};
     for (int below = 0; below < h; ++below) {
-        const UnitDepth *const z = raw_.row(below);
-        const std::uint8_t *const distance = distance_.row(below);
-        std::uint8_t *const inside = inside_.row(below);
-        for (int u = 0; u < w; ++u) // the compiler makes vector code of it
-            inside[u] = static_cast<std::uint8_t>((z[u] != 0) & (distance[u] > 1));
+        find_inside(raw_.row(below), distance_.row(below), w, inside_.row(below));
         if (const int v = below - reach; v >= reach && count > 0)
             fill_cracks_of_row(inside_.row(v) + reach, w, count, rule, smooth_.row(v) + reach);
     }

@@ -346,6 +346,23 @@ TEST_CASE("a distance is at most one more than the next row's") {
     CHECK(values == std::vector<std::uint8_t>{1, 2, 7, 7, 7, 4, 3, 2, 2, 2, 2, 2, 2, 2, 2, 2, 7});
 }
 
+TEST_CASE("points inside a surface have depth and are on no edge", "[core]") {
+    AFTERGLOW_ON_EACH_INSTRUCTION_SET();
+    std::mt19937 random(9);
+    for (const std::size_t count : {1, 7, 8, 33, 100}) {
+        std::vector<UnitDepth> z(count);
+        std::vector<std::uint8_t> edge_distance(count), inside(count + 1, 9), expected;
+        for (std::size_t i = 0; i < count; ++i) {
+            z[i] = static_cast<UnitDepth>(random() % 3 == 0 ? 0 : random() % 32768);
+            edge_distance[i] = static_cast<std::uint8_t>(1 + random() % far_from_edge);
+            expected.push_back(z[i] != 0 && edge_distance[i] > 1);
+        }
+        expected.push_back(9);
+        find_inside(z.data(), edge_distance.data(), static_cast<int>(count), inside.data());
+        CHECK(inside == expected);
+    }
+}
+
 TEST_CASE("cracks are filled in vectors as point by point", "[core]") {
     AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     std::mt19937 random(8);
