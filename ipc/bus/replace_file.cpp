@@ -19,6 +19,10 @@ Status replace_file(const std::string &path, std::string_view text) {
     const auto failed = [&](int error) {
         return Error{fmt::format("{}: cannot be written: {}", path, std::strerror(error)), error};
     };
+    const std::string folder = std::filesystem::absolute(path).parent_path().string();
+    const UniqueFd opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    if (!opened)
+        return failed(errno);
     std::string temporary = path + ".XXXXXX";
     const UniqueFd file(::mkostemp(temporary.data(), O_CLOEXEC));
     if (!file)
@@ -30,10 +34,12 @@ Status replace_file(const std::string &path, std::string_view text) {
         return failed(error);
     }
     // The new name lasts, too, when the power fails.
-    const std::string folder = std::filesystem::absolute(path).parent_path().string();
-    const UniqueFd opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-    if (!opened || ::fsync(opened.get()) < 0)
-        return failed(errno);
+    if (::fsync(opened.get()) < 0) {
+        const int error = errno;
+        return Error{fmt::format("{}: is written, but may be the old one after a power failure: {}",
+                                 path, std::strerror(error)),
+                     error};
+    }
     return ok();
 }
 

@@ -241,7 +241,7 @@ TEST_CASE("afterglowctl shows the daemon's status, its frames and a snapshot") {
     CHECK(piped.output.substr(1, 3) == "PNG");
     CHECK(piped.errors.find("-: frame ") == 0);
     const Ended unknown = served.ctl({"snapshot", served.folder.path() + "/shot.jpg"});
-    CHECK(unknown.code == 1);
+    CHECK(unknown.code == 2);
     CHECK(unknown.errors.find("shot.jpg: the extension says what is written") != std::string::npos);
     const Ended nowhere = served.ctl({"snapshot", served.folder.path() + "/none/shot.png"});
     CHECK(nowhere.code == 1);

@@ -153,7 +153,11 @@ Action declare_snapshot(CLI::App &app, const Settings &settings) {
                    "NAME.png: image and depth in colours; NAME.pgm: depth in millimetres, 16 "
                    "bits; -: the PNG to stdout")
         ->type_name("")
-        ->required();
+        ->required()
+        ->check([](const std::string &given) {
+            const Result<Format> format = format_of(given);
+            return format ? std::string() : format.error().message;
+        });
     return [&settings, path] { return snapshot(settings, *path); };
 }
 
