@@ -34,13 +34,42 @@ constexpr struct {
 } columns_and_rows;
 static_assert(block_px == 4);
 
+/// Columns and rows of a block that a vector of floats holds.
+template <class D>
+struct InBlock {
+    static constexpr int lanes = static_cast<int>(hn::MaxLanes(D()));
+    static constexpr int columns = std::min(lanes, block_px), rows = lanes / columns;
+};
+
+/// Stores what the pixels of a vector show, the first of which is in a row and column of a tile.
+template <class D, class V16, class V8>
+HWY_INLINE void store(D /*tag*/, V16 readings, V8 edges, const DrawnTile &to, int row, int column) {
+    using Shape = InBlock<D>;
+    const hn::Rebind<std::uint16_t, D> d16;
+    const hn::Rebind<std::uint8_t, D> d8;
+    if constexpr (Shape::rows == 1) {
+        hn::StoreU(readings, d16, to.millimetres.row(row) + column);
+        hn::StoreU(edges, d8, to.edge_distance.row(row) + column);
+    } else {
+        HWY_ALIGN std::uint16_t readings_of_rows[Shape::rows][Shape::columns];
+        HWY_ALIGN std::uint8_t edges_of_rows[Shape::rows][Shape::columns];
+        hn::Store(readings, d16, readings_of_rows[0]);
+        hn::Store(edges, d8, edges_of_rows[0]);
+        for (int k = 0; k < Shape::rows; ++k) {
+            std::memcpy(to.millimetres.row(row + k) + column, readings_of_rows[k],
+                        sizeof readings_of_rows[k]);
+            std::memcpy(to.edge_distance.row(row + k) + column, edges_of_rows[k],
+                        sizeof edges_of_rows[k]);
+        }
+    }
+}
+
 /// Draws pixels of a tile in columns: as many as a block has, or as a vector has lanes if that is
 /// fewer. One vector holds pixels of one or several rows.
 template <class D>
 class DrawnColumns {
 public:
-    static constexpr int lanes = static_cast<int>(hn::MaxLanes(D()));
-    static constexpr int columns = std::min(lanes, block_px), rows = lanes / columns;
+    static constexpr int columns = InBlock<D>::columns, rows = InBlock<D>::rows;
 
     DrawnColumns(const TilePlaces &places, int first, const DrawnTile &to)
         : u_(places.u, first), v_(places.v, first), scale_(places.scale, first),
@@ -61,26 +90,9 @@ public:
     template <class V16, class VI>
     HWY_INLINE void put(int i, V16 reading, VI edge) {
         const hn::RebindToSigned<D> di;
-        const hn::Rebind<std::uint16_t, D> d16;
-        const hn::Rebind<std::uint8_t, D> d8;
-        const int row = row_ + i * rows;
         found_ = hn::Sub(found_, hn::VecFromMask(di, hn::Gt(edge, hn::Zero(di))));
-        const auto edges = hn::DemoteTo(d8, edge);
-        if constexpr (rows == 1) {
-            hn::StoreU(reading, d16, to_.millimetres.row(row) + first_);
-            hn::StoreU(edges, d8, to_.edge_distance.row(row) + first_);
-        } else {
-            HWY_ALIGN std::uint16_t readings_of_rows[rows][columns];
-            HWY_ALIGN std::uint8_t edges_of_rows[rows][columns];
-            hn::Store(reading, d16, readings_of_rows[0]);
-            hn::Store(edges, d8, edges_of_rows[0]);
-            for (int k = 0; k < rows; ++k) {
-                std::memcpy(to_.millimetres.row(row + k) + first_, readings_of_rows[k],
-                            sizeof readings_of_rows[k]);
-                std::memcpy(to_.edge_distance.row(row + k) + first_, edges_of_rows[k],
-                            sizeof edges_of_rows[k]);
-            }
-        }
+        store(D(), reading, hn::DemoteTo(hn::Rebind<std::uint8_t, D>(), edge), to_, row_ + i * rows,
+              first_);
     }
     int found() const { return hn::GetLane(hn::SumOfLanes(hn::RebindToSigned<D>(), found_)); }
 
@@ -184,19 +196,31 @@ bool shows_rows(const MappedTile &tile, ImageView<const float> z) {
     });
 }
 
+/// Loads the points of a vector's rows, each from its own place.
+template <class D>
+HWY_INLINE hn::Vec<D> load_rows(D d, const float *points, const std::int32_t *places) {
+#if HWY_TARGET != HWY_SCALAR // which has no vectors to combine
+    if constexpr (InBlock<D>::rows > 1) {
+        const hn::Half<D> half;
+        return hn::Combine(d, load_rows(half, points, places + InBlock<D>::rows / 2),
+                           load_rows(half, points, places));
+    }
+#endif
+    return hn::LoadU(d, points + places[0]);
+}
+
 /// Draws the uneven blocks of such a tile. The points of the four pixels of a row are taken to be
 /// beside each other, so that they are loaded at once, and have their own depths.
 int draw_rows(const MappedTile &tile, ImageView<const float> z, int least_edge_distance,
               ImageView<const std::uint8_t> even, const DrawnTile &to) {
-    static_assert(block_px == 4);
-    const hn::CappedTag<float, block_px> d;
+    const hn::CappedTag<float, block_px * block_px> d;
+    using Shape = InBlock<decltype(hn::CappedTag<float, block_px * block_px>())>;
     const hn::RebindToSigned<decltype(d)> di;
-    const hn::Rebind<std::uint16_t, decltype(d)> d16;
     const hn::Rebind<std::uint8_t, decltype(d)> d8;
-    constexpr int lanes = static_cast<int>(hn::MaxLanes(d));
     const TilePlaces places(tile);
     const auto least_edge = hn::Set(di, least_edge_distance - 1);
     const auto half = hn::Set(d, 0.5f), one = hn::Set(d, 1);
+    const auto rows = hn::Load(d, columns_and_rows.y);
     auto found = hn::Zero(di);
     for (int x = 0; x < blocks_across; ++x) {
         if (!any_uneven(even, x))
@@ -204,7 +228,7 @@ int draw_rows(const MappedTile &tile, ImageView<const float> z, int least_edge_d
         // Where the points of a row's pixels begin, from the place of their middle.
         HWY_ALIGN std::int32_t first[mapped_tile_px];
         const float left = static_cast<float>(x * block_px), middle = left + 0.5f * (block_px - 1);
-        for (int row = 0; row < mapped_tile_px; row += lanes) {
+        for (int row = 0; row < mapped_tile_px; row += Shape::lanes) {
             const auto y = hn::Load(d, whole_numbers.data() + row);
             const auto at = [&](const BetweenCorners &value) HWY_ATTR {
                 return hn::Add(hn::Set(d, value.at + middle * value.across),
@@ -214,9 +238,9 @@ int draw_rows(const MappedTile &tile, ImageView<const float> z, int least_edge_d
             const auto v = hn::ConvertTo(di, hn::Add(at(places.v), half));
             hn::Store(hn::Add(hn::Mul(v, hn::Set(di, z.stride())), u), di, first + row);
         }
-        for (int part = 0; part < block_px; part += lanes) {
-            const auto column = hn::Set(d, left + static_cast<float>(part));
-            const auto columns = hn::Add(hn::LoadU(d, whole_numbers.data()), column);
+        for (int part = 0; part < block_px; part += Shape::columns) {
+            const auto columns = hn::Add(hn::Load(d, columns_and_rows.x),
+                                         hn::Set(d, left + static_cast<float>(part)));
             const auto top = [&](const BetweenCorners &value) HWY_ATTR {
                 return hn::Add(hn::Set(d, value.at), hn::Mul(columns, hn::Set(d, value.across)));
             };
@@ -228,17 +252,17 @@ int draw_rows(const MappedTile &tile, ImageView<const float> z, int least_edge_d
             for (int y = 0; y < blocks_across; ++y) {
                 if (even(x, y) != 0)
                     continue;
-                for (int row = y * block_px; row < (y + 1) * block_px; ++row) {
-                    const auto down = hn::Set(d, static_cast<float>(row));
-                    const auto point = hn::LoadU(d, z.data() + first[row] + part);
+                for (int row = y * block_px; row < (y + 1) * block_px; row += Shape::rows) {
+                    const auto of_row = hn::Set(d, static_cast<float>(row));
+                    const auto down = Shape::rows == 1 ? of_row : hn::Add(of_row, rows);
+                    const auto point = load_rows(d, z.data() + part, first + row);
                     const auto edge = edge_of(d, point);
                     const auto there = hn::Gt(edge, least_edge);
-                    const int pixel = x * block_px + part;
-                    hn::StoreU(reading_of(d, point, hn::Add(scale, hn::Mul(down, scale_step)),
-                                          hn::Add(shift, hn::Mul(down, shift_step)), there),
-                               d16, to.millimetres.row(row) + pixel);
-                    hn::StoreU(hn::DemoteTo(d8, hn::IfThenElseZero(there, edge)), d8,
-                               to.edge_distance.row(row) + pixel);
+                    store(d,
+                          reading_of(d, point, hn::Add(scale, hn::Mul(down, scale_step)),
+                                     hn::Add(shift, hn::Mul(down, shift_step)), there),
+                          hn::DemoteTo(d8, hn::IfThenElseZero(there, edge)), to, row,
+                          x * block_px + part);
                     found = hn::Sub(found, hn::VecFromMask(di, there));
                 }
             }
