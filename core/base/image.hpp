@@ -49,7 +49,8 @@ private:
     int stride_ = 0;
 };
 
-/// Pixels and their memory, contiguous. Allocates when made or resized, and never otherwise.
+/// Pixels and their memory, contiguous, from the begin of a cache line on. Allocates when made or
+/// resized, and never otherwise.
 template <class T>
 class Image {
 public:

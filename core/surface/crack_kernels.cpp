@@ -4,7 +4,6 @@
 #define HWY_TARGET_INCLUDE "core/surface/crack_kernels.cpp"
 #include "core/surface/crack_kernels.hpp"
 
-#include "core/surface/cracks.hpp"
 #include "core/surface/surface_point.hpp"
 
 #include <hwy/foreach_target.h>

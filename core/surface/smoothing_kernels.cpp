@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cstddef>
 #include <cstdint>
 #include <hwy/foreach_target.h>
@@ -223,11 +224,13 @@ void smooth_row(const SmoothedRow &in, const SixSigmaFactors &six_sigmas, const 
 
 void smooth_row_across(const UnitDepth *z, int count, const SixSigmaFactors &six_sigmas,
                        std::uint16_t *out, UnitDepth *limits) {
+    assert(count >= least_of_pass);
     HWY_DYNAMIC_DISPATCH(smooth_across)(z, count, six_sigmas, out, limits);
 }
 
 void smooth_row_down(const ReadingsAcross &in, int count, const DepthUnits &units,
                      const std::uint8_t *edge_distance, float *out) {
+    assert(count >= least_of_pass);
     HWY_DYNAMIC_DISPATCH(smooth_down)(in, count, units, edge_distance, out);
 }
 

@@ -163,9 +163,6 @@ int Warp::draw_tiles(const Drawing &to, int tile_row) {
         in_grid = grid_.columns();
     }
     for (int x = 0; x < tiles_.columns(); ++x) {
-        const TileContent content = tiles_.content(x, tile_row);
-        TileReadings &readings = readings_(x, tile_row);
-        readings = {};
         // Stores wait for what is not in the cache: the lines of the next row of tiles are fetched.
         if (x % tiles_in_line<std::uint16_t> == 0) {
             const std::uint16_t *line = to.depth.row(end) + x * size;
@@ -177,6 +174,9 @@ int Warp::draw_tiles(const Drawing &to, int tile_row) {
             for (int v = end; v < next_end; ++v, line += to.edge_distance.stride())
                 hwy::Prefetch(line);
         }
+        const TileContent content = tiles_.content(x, tile_row);
+        TileReadings &readings = readings_(x, tile_row);
+        readings = {};
         if (content == TileContent::mapped) {
             drawn += grid_.draw_uneven(x, tile_row, tiles_.mapped(x, tile_row), z,
                                        options_.least_edge_distance_px, to.depth, to.edge_distance);

@@ -215,30 +215,31 @@ TEST_CASE("smoothing takes no hole and nothing far away for a neighbour") {
     // Sums of the largest depths leave 16 bits.
     const DepthUnits units(15.0f);
     const SixSigmaFactors noisy(sensor.times(16), units);
+    constexpr int count = least_of_pass, stride = count + 4;
     for (const int z : {1, 200, 7000, 16384, 29999, 30000})
         for (const int other : {0, 1, 200, 16384, 30000}) {
             if (std::abs(z - other) < z / 2)
                 continue;
-            std::vector<UnitDepth> map(5 * 12 + row_slack, static_cast<UnitDepth>(other));
-            UnitDepth *row = map.data() + 2 * 12 + 2;
-            std::fill(row, row + 8, static_cast<UnitDepth>(0));
+            std::vector<UnitDepth> map(5 * stride + row_slack, static_cast<UnitDepth>(other));
+            UnitDepth *row = map.data() + 2 * stride + 2;
+            std::fill(row, row + count, static_cast<UnitDepth>(0));
             row[3] = static_cast<UnitDepth>(z);
-            std::vector<float> out(8);
+            std::vector<float> out(count);
             // So noisy that a hole would lie within three sigmas.
-            smooth_row({row, 12, 2, 8}, noisy, units, out.data());
+            smooth_row({row, stride, 2, count}, noisy, units, out.data());
             CAPTURE(z, other);
             CHECK(out[3] == static_cast<float>(z) * units.metres());
             CHECK(out[4] == 0.0f);
 
-            std::vector<std::uint16_t> across(8), less_one(map.begin(), map.end());
-            std::vector<UnitDepth> limits(8);
-            smooth_row_across(row, 8, noisy, across.data(), limits.data());
+            std::vector<std::uint16_t> across(count), less_one(map.begin(), map.end());
+            std::vector<UnitDepth> limits(count);
+            smooth_row_across(row, count, noisy, across.data(), limits.data());
             CHECK(across[3] == z - 1);
             CHECK(across[4] == 0xffff);
             for (std::uint16_t &depth : less_one)
                 --depth;
-            const std::vector<std::uint8_t> edges(8, 5);
-            smooth_row_down({less_one.data() + 2 * 12 + 2, 12, limits.data()}, 8, units,
+            const std::vector<std::uint8_t> edges(count, 5);
+            smooth_row_down({less_one.data() + 2 * stride + 2, stride, limits.data()}, count, units,
                             edges.data(), out.data());
             CHECK(out[3] == Approx(static_cast<float>(z) * units.metres()));
             CHECK(edge_distance_of(out[3]) == 5);
