@@ -49,7 +49,7 @@ private:
     int stride_ = 0;
 };
 
-/// Pixels and their memory, contiguous, from the begin of a cache line on. Allocates when made or
+/// Pixels and their memory, contiguous, which begins with a cache line. Allocates when made or
 /// resized, and never otherwise.
 template <class T>
 class Image {
