@@ -200,7 +200,7 @@ void DirectAlignment::sum_up(const AlignmentTemplate &reference, int level, cons
 void DirectAlignment::sum_up_part(const TemplatePoints &points, int begin, int end,
                                   const Placement &at, float cost_width, Wanted wanted,
                                   Part &part) const {
-    alignas(64) static constexpr std::array<float, points_at_once> ones = [] {
+    alignas(cache_line) static constexpr std::array<float, points_at_once> ones = [] {
         std::array<float, points_at_once> column{};
         column.fill(1);
         return column;

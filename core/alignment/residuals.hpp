@@ -31,10 +31,10 @@ struct Residuals {
     static constexpr int most_points = 8 * TemplatePoints::block;
     using Column = std::array<float, most_points>;
 
-    alignas(64) Column error;  ///< grey values; 0 for points that are not seen
-    alignas(64) Column weight; ///< of the squared error in a normal equation; 0 if not seen
+    alignas(cache_line) Column error;  ///< grey values; 0 for points that are not seen
+    alignas(cache_line) Column weight; ///< of the squared error in a normal equation; 0 if not seen
     /// |error| / s in units of `bin_width`, at most bins - 1; `bins` for points that are not seen.
-    alignas(64) std::array<std::int32_t, most_points> bin;
+    alignas(cache_line) std::array<std::int32_t, most_points> bin;
 };
 
 /// Some of a template's points in an image of theirs.

@@ -91,9 +91,9 @@ void Pyramid::build(LumaView image) {
     GreyImage &first = levels_[0];
     for (int v = 0; v < first.height(); ++v) {
         // The image comes from elsewhere, and is not in the cache.
-        constexpr int rows_ahead = 8, line = 64;
-        for (int row = 2 * v + rows_ahead; row < std::min(2 * v + rows_ahead + 2, image.height());
-             ++row)
+        constexpr int rows_ahead = 8, line = static_cast<int>(cache_line);
+        const int first_fetched = 2 * v + rows_ahead;
+        for (int row = first_fetched; row < std::min(first_fetched + 2, image.height()); ++row)
             for (int u = 0; u < image.width(); u += line)
                 hwy::Prefetch(image.row(row) + u);
         halve(image.row(2 * v), image.row(2 * v + 1), first.width(), first.row(v));

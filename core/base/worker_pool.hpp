@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "core/base/aligned_vector.hpp"
+
 #include <algorithm>
 #include <atomic>
 #include <cstdint>
@@ -71,7 +73,7 @@ private:
     const void *context_ = nullptr; ///< the same
     /// A thread's own parts: the job's number (32 bits), the end of them (16), the next to be taken
     /// (16).
-    struct alignas(64) Parts {
+    struct alignas(cache_line) Parts {
         std::atomic<std::uint64_t> next = 0;
     };
     std::vector<Parts> parts_;        ///< by worker

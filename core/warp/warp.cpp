@@ -148,7 +148,7 @@ void Warp::look_up_nodes(const DepthSurface &surface, int tile_row) {
 
 /// Tiles beside each other whose pixels share a cache line.
 template <class Pixel>
-constexpr int tiles_in_line = static_cast<int>(64 / (TileMapping::tile_px * sizeof(Pixel)));
+constexpr int tiles_in_line = static_cast<int>(cache_line / (TileMapping::tile_px * sizeof(Pixel)));
 
 /// The functions that draw tell how many pixels have depth.
 int Warp::draw_tiles(const Drawing &to, int tile_row) {

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <random>
 #include <vector>
 
@@ -50,6 +51,23 @@ TEST_CASE("the steepest gradient of each image column is found as pixel by pixel
                 REQUIRE(rows[static_cast<std::size_t>(u)] == at);
             }
         }
+}
+
+TEST_CASE("the pixels of an image and the columns of a template begin with a cache line",
+          "[core]") {
+    const auto offset_of = [](const void *memory) {
+        return reinterpret_cast<std::uintptr_t>(memory) % cache_line;
+    };
+    // Of several at once: one may begin there by chance.
+    const std::vector<Image<float>> images(8, Image<float>(641, 3));
+    const std::vector<TemplatePoints> templates(8, TemplatePoints(100));
+    for (const Image<float> &image : images)
+        CHECK(offset_of(image.row(0)) == 0);
+    for (const TemplatePoints &points : templates) {
+        CHECK(offset_of(points.x.data()) == 0);
+        for (int k = 0; k < TemplatePoints::derivatives; ++k)
+            CHECK(offset_of(points.J.row(k)) == 0);
+    }
 }
 
 TEST_CASE("points of a template are completed as one by one", "[core]") {
