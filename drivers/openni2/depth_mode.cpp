@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/openni2/depth_mode.hpp"
 
+#include "drivers/frame_rate.hpp"
+
 #include <fmt/format.h>
 
 namespace afterglow::openni2 {
 namespace {
 
-/// A rate this much below the requested one is still it: 29.97 for 30.
-constexpr double rate_tolerance = 0.98;
-
 bool is_better(const openni::VideoMode &a, const openni::VideoMode &b, double fps) {
-    const bool a_will_do = a.getFps() >= fps * rate_tolerance;
-    const bool b_will_do = b.getFps() >= fps * rate_tolerance;
+    const bool a_will_do = is_as_fast(a.getFps(), fps);
+    const bool b_will_do = is_as_fast(b.getFps(), fps);
     if (a_will_do != b_will_do)
         return a_will_do;
     return a_will_do ? a.getFps() < b.getFps() : a.getFps() > b.getFps();

@@ -43,6 +43,10 @@ std::string to_string(std::uint32_t fourcc) {
     return (fourcc & big_endian) != 0 ? name + "-BE" : name;
 }
 
+bool contains(std::span<const std::uint32_t> codes, std::uint32_t fourcc) {
+    return std::ranges::find(codes, fourcc) != codes.end();
+}
+
 std::uint32_t fourcc_from_string(std::string_view name) {
     std::uint32_t fourcc = 0;
     if (name.ends_with("-BE")) {

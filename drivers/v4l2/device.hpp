@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -19,6 +20,7 @@ namespace afterglow::v4l2 {
 std::string to_string(std::uint32_t fourcc);
 /// The code of one to four letters; 0 for any other text. Big-endian formats end in "-BE".
 std::uint32_t fourcc_from_string(std::string_view text);
+bool contains(std::span<const std::uint32_t> codes, std::uint32_t fourcc);
 
 /// A control's name as v4l2-ctl writes it: "led_mode" for "LED Mode".
 std::string plain_name(std::string_view control);

@@ -20,11 +20,6 @@ namespace {
 
 using namespace v4l2;
 
-template <class Codes>
-bool contains(const Codes &codes, std::uint32_t fourcc) {
-    return std::find(codes.begin(), codes.end(), fourcc) != codes.end();
-}
-
 /// The sizes of a format; of a range of sizes its largest.
 std::vector<std::pair<int, int>> sizes_of(SystemCalls &calls, int fd, std::uint32_t fourcc) {
     std::vector<std::pair<int, int>> sizes;

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "drivers/v4l2/device.hpp"
 #include "drivers/v4l2/exotic_luma.hpp"
 #include "drivers/v4l2/luma_reader.hpp"
 #include "drivers/v4l2/mjpeg_luma.hpp"
@@ -55,11 +56,6 @@ LumaReader read_every(const FrameLayout &layout, int offset) {
     };
 }
 
-template <class Codes>
-bool contains(const Codes &codes, std::uint32_t fourcc) {
-    return std::find(codes.begin(), codes.end(), fourcc) != codes.end();
-}
-
 } // namespace
 
 std::span<const std::uint32_t> luma_formats() {
@@ -82,7 +78,7 @@ LumaReader make_luma_reader(const FrameLayout &layout, int fd) {
                                     : read_every<2>(layout, format.offset);
     }
     if (contains(jpeg_formats, layout.fourcc))
-        return make_mjpeg_reader(layout);
+        return make_mjpeg_reader();
     return make_exotic_reader(layout, fd);
 }
 

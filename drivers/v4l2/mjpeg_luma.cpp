@@ -68,7 +68,7 @@ private:
 
 } // namespace
 
-LumaReader make_mjpeg_reader(const FrameLayout &) {
+LumaReader make_mjpeg_reader() {
     // Shared because a std::function must be copyable; there is one owner.
     auto decoder = std::make_shared<JpegDecoder>();
     return [decoder](std::span<const std::uint8_t> bytes, ImageView<std::uint8_t> luma) {

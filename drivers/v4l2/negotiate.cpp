@@ -2,6 +2,7 @@
 #include "drivers/v4l2/negotiate.hpp"
 
 #include "core/base/printable.hpp"
+#include "drivers/frame_rate.hpp"
 #include "drivers/v4l2/device.hpp"
 
 #include <fmt/format.h>
@@ -15,9 +16,6 @@
 
 namespace afterglow::v4l2 {
 namespace {
-
-/// A rate this much below the requested one is still it: 29.97 for 30.
-constexpr double rate_tolerance = 0.98;
 
 double rate_of(const v4l2_fract &period) {
     return period.numerator == 0 ? 0 : static_cast<double>(period.denominator) / period.numerator;
@@ -52,11 +50,10 @@ std::uint32_t choose(SystemCalls &calls, int fd, const std::vector<std::uint32_t
     std::uint32_t chosen = 0;
     double fastest = 0;
     for (const std::uint32_t fourcc : request.formats) {
-        if (std::find(offered.begin(), offered.end(), fourcc) == offered.end() ||
-            !has_size(calls, fd, fourcc, request))
+        if (!contains(offered, fourcc) || !has_size(calls, fd, fourcc, request))
             continue;
         const double rate = best_rate(calls, fd, fourcc, request);
-        if (rate >= request.fps * rate_tolerance)
+        if (is_as_fast(rate, request.fps))
             return fourcc;
         if (rate > fastest) {
             fastest = rate;

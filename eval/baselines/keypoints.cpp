@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "eval/baselines/keypoints.hpp"
 
-#include "eval/baselines/opencv_image.hpp"
+#include "tools/picture/opencv_image.hpp"
 
 #include <algorithm>
 #include <dlib/array2d.h>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/paper/paper_pipeline.hpp"
 #include "eval/baselines/makers.hpp"
-#include "eval/baselines/opencv_image.hpp"
+#include "tools/picture/opencv_image.hpp"
 
 #include <opencv2/imgproc.hpp>
 

@@ -2,7 +2,7 @@
 #include "core/paper/published_frame.hpp"
 #include "core/paper/reprojection.hpp"
 #include "eval/baselines/makers.hpp"
-#include "eval/baselines/opencv_image.hpp"
+#include "tools/picture/opencv_image.hpp"
 
 #include <limits>
 #include <opencv2/imgproc.hpp>

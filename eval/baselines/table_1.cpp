@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "eval/baselines/table_1.hpp"
 
-#include "eval/baselines/opencv_image.hpp"
+#include "tools/picture/opencv_image.hpp"
 
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>

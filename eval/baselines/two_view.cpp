@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "eval/baselines/two_view.hpp"
 
-#include "eval/baselines/opencv_image.hpp"
+#include "core/base/median.hpp"
+#include "tools/picture/opencv_image.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <opencv2/calib3d.hpp>
+#include <utility>
 
 namespace afterglow {
 namespace {
@@ -36,12 +38,11 @@ void keep(std::vector<cv::Point2f> &from, std::vector<cv::Point2f> &to,
 void drop_far(std::vector<ScenePoint> &points) {
     if (points.empty())
         return;
-    const auto middle = points.size() / 2;
     std::vector<double> z;
     for (const ScenePoint &point : points)
         z.push_back(point.z);
-    std::ranges::nth_element(z, z.begin() + static_cast<std::ptrdiff_t>(middle));
-    std::erase_if(points, [&](const ScenePoint &point) { return point.z > far * z[middle]; });
+    const double limit = far * median(std::move(z));
+    std::erase_if(points, [&](const ScenePoint &point) { return point.z > limit; });
 }
 
 } // namespace

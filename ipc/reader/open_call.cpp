@@ -2,6 +2,7 @@
 #include "ipc/reader/open_call.hpp"
 
 #include "ipc/bus/bus.hpp"
+#include "ipc/bus/service_names.hpp"
 
 #include <algorithm>
 #include <cerrno>
@@ -64,9 +65,8 @@ int OpenCall::start(const char *bus, const StreamOptions &options, bool start_da
     bus_.reset(connection.release());
     result_ = -EINPROGRESS;
     sd_bus_message *made = nullptr;
-    int error = sd_bus_message_new_method_call(bus_.get(), &made, "org.afterglow.Depth1",
-                                               "/org/afterglow/Depth1", "org.afterglow.Depth1",
-                                               "OpenStream");
+    int error = sd_bus_message_new_method_call(bus_.get(), &made, service_name, service_path,
+                                               service_interface, "OpenStream");
     const BusMessage call(made);
     if (error >= 0)
         error = sd_bus_message_set_auto_start(made, start_daemon ? 1 : 0);

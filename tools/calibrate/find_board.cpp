@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/calibrate/find_board.hpp"
 
+#include "core/base/median.hpp"
 #include "tools/calibrate/markers.hpp"
+#include "tools/picture/opencv_image.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 namespace afterglow {
 namespace {
@@ -16,11 +19,6 @@ using Points = std::vector<cv::Point2f>;
 constexpr std::size_t fewest_corners = 12;
 /// Pictures narrower than this are enlarged first: the detectors want squares of many pixels.
 constexpr int wide_enough = 480;
-
-cv::Mat as_mat(LumaView image) {
-    return {image.height(), image.width(), CV_8UC1, const_cast<std::uint8_t *>(image.data()),
-            static_cast<std::size_t>(image.stride())};
-}
 
 /// Mean luma of the 3x3 pixels there.
 double brightness(const cv::Mat &image, const cv::Point2f &at) {
@@ -200,9 +198,7 @@ double edge_width(const Corners &corners, LumaView image) {
         }
         widths.push_back((brightest - darkest) / steepest);
     }
-    std::nth_element(widths.begin(),
-                     widths.begin() + static_cast<std::ptrdiff_t>(widths.size() / 2), widths.end());
-    return widths[widths.size() / 2];
+    return median(std::move(widths));
 }
 
 Luma to_luma(ImageView<const std::uint16_t> amplitude) {
