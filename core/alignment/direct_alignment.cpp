@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/alignment/direct_alignment.hpp"
 
+#include "core/base/gaussian.hpp"
+
 #include <Eigen/Cholesky>
 
 #include <algorithm>
@@ -133,7 +135,7 @@ struct DirectAlignment::Sums : Part {
             }
             left -= histogram[i];
         }
-        return std::clamp(1.4826f * median, 0.1f, 12.0f);
+        return std::clamp(gaussian::deviation_of_median * median, 0.1f, 12.0f);
     }
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/calibration/depth_refinement.hpp"
 
+#include "core/base/gaussian.hpp"
 #include "core/calibration/depth_comparison.hpp"
 
 #include <Eigen/Cholesky>
@@ -91,10 +92,11 @@ struct Sums {
         int left = compared / 2;
         for (std::size_t i = 0; i < DepthComparisons::bins; ++i) {
             if (left < histogram[i])
-                return 1.4826f * DepthComparisons::bin_width * (static_cast<float>(i) + 0.5f);
+                return gaussian::deviation_of_median * DepthComparisons::bin_width *
+                       (static_cast<float>(i) + 0.5f);
             left -= histogram[i];
         }
-        return 1.4826f * DepthComparisons::bin_width * DepthComparisons::bins;
+        return gaussian::deviation_of_median * DepthComparisons::bin_width * DepthComparisons::bins;
     }
 };
 

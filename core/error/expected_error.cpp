@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/error/expected_error.hpp"
 
+#include "core/base/gaussian.hpp"
+
 #include <Eigen/Geometry>
 
 #include <algorithm>
@@ -13,9 +15,6 @@ namespace {
 float upper_tail(float x) {
     return 0.5f * std::erfc(x * 0.70710678f);
 }
-
-/// Mean of |x| of a Gaussian of unit deviation.
-constexpr float mean_absolute = 0.7979f;
 
 /// As std::hypot(), to the bit in glibc, without a call.
 float hypotenuse(float a, float b) {
@@ -135,10 +134,10 @@ PixelError pixel_error(const MapError &map, const SensorNoise &noise, float shar
     // Both the carried reading and the fresh one it is compared with are noisy.
     const float sensor = noise.sigma(z) / z * std::sqrt(1.0f + shared_noise * shared_noise);
     const auto d = static_cast<std::size_t>(edge_distance & 7);
-    const float fresh = mean_absolute * sensor + map.fresh_edge[d];
-    const float whole =
-        mean_absolute * (hypotenuse(sensor, map.pose_relative) + map.slope * map.shift_px) +
-        map.edge[d];
+    const float fresh = gaussian::mean_absolute * sensor + map.fresh_edge[d];
+    const float whole = gaussian::mean_absolute *
+                            (hypotenuse(sensor, map.pose_relative) + map.slope * map.shift_px) +
+                        map.edge[d];
     return {.fresh = fresh, .carried2 = std::max(whole * whole - fresh * fresh, 0.0f)};
 }
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/keyframe/depth_publication.hpp"
 
+#include "core/base/gaussian.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -27,8 +29,7 @@ struct FreshErrors {
 };
 FreshErrors fresh_errors(const DepthSurface &surface, const MapError &error,
                          const Intrinsics &camera, const KeyframeOptions &options) {
-    constexpr int step = 16;                 // pixels
-    constexpr float mean_absolute = 0.7979f; // of a Gaussian of unit deviation
+    constexpr int step = 16; // pixels
     const SensorNoise noise = surface.noise();
     float modelled = 0, white = 0;
     int count = 0;
@@ -40,7 +41,7 @@ FreshErrors fresh_errors(const DepthSurface &surface, const MapError &error,
                 continue;
             modelled +=
                 pixel_error(error, noise, options.error.shared_noise, z, distance).scaled({});
-            white += mean_absolute * surface.white_noise() * noise.sigma(z) / z;
+            white += gaussian::mean_absolute * surface.white_noise() * noise.sigma(z) / z;
             ++count;
         }
     const auto pixels = static_cast<float>(std::max(count, 1));

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/surface/depth_surface.hpp"
 
+#include "core/base/gaussian.hpp"
+#include "core/base/median.hpp"
 #include "core/surface/crack_kernels.hpp"
 #include "core/surface/cracks.hpp"
 #include "core/surface/surface_kernels.hpp"
@@ -100,7 +102,6 @@ void DepthSurface::load(DepthView depth) {
 // sensor's sigma, neighbours have the rest of their noise in common.
 void DepthSurface::measure_noise() {
     constexpr int step = 4, row_step = 16, bins_per_sigma = 16, most_sigmas = 16;
-    constexpr float median_of_gaussian = 0.6745f;
     std::array<int, bins_per_sigma * most_sigmas + 1> histogram{};
     int count = 0;
     for (int v = row_step / 2; v < smooth_.height(); v += row_step) {
@@ -110,15 +111,13 @@ void DepthSurface::measure_noise() {
                 continue;
             const float sigmas =
                 metres(std::abs(z[u - 1] - 2 * z[u] + z[u + 1])) /
-                (2.4495f * median_of_gaussian * options_.noise.sigma(metres(z[u])));
+                (2.4495f * gaussian::median_absolute * options_.noise.sigma(metres(z[u])));
             ++histogram[static_cast<std::size_t>(
                 bins_per_sigma * std::min(sigmas, static_cast<float>(most_sigmas)))];
             ++count;
         }
     }
-    std::size_t median = 0;
-    for (int below = histogram[0]; 2 * below < count; below += histogram[median])
-        ++median;
+    const std::size_t median = median_bin(histogram, count);
     const float found = static_cast<float>(median) / bins_per_sigma;
     noise_ = options_.noise.times(std::max(1.0f, found));
     white_noise_ = std::min(1.0f, found);

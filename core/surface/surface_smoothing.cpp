@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/surface/surface_smoothing.hpp"
 
+#include "core/base/gaussian.hpp"
+#include "core/base/median.hpp"
 #include "core/surface/smoothing_kernels.hpp"
 #include "core/surface/surface_point.hpp"
 
@@ -225,7 +227,7 @@ private:
 // window's value is taken.
 void SurfaceSmoothing::keep_creases(const UnsmoothedMap &map, ImageView<float> smooth) {
     constexpr int bins_per_sigma = 256;
-    constexpr float median_of_gaussian = 0.6745f, deviations = 3;
+    constexpr float deviations = 3;
     const int h = smooth.height(), r = options_.radius_px;
     NarrowWindows windows(*this, map, smooth);
     std::array<int, bins_per_sigma + 1> histogram{};
@@ -243,11 +245,9 @@ void SurfaceSmoothing::keep_creases(const UnsmoothedMap &map, ImageView<float> s
     }
     if (count == 0)
         return;
-    std::size_t median = 0;
-    for (int below = histogram[0]; 2 * below < count; below += histogram[median])
-        ++median;
-    const float least = deviations / median_of_gaussian * (static_cast<float>(median) + 0.5f) /
-                        static_cast<float>(bins_per_sigma);
+    const std::size_t median = median_bin(histogram, count);
+    const float least = deviations / gaussian::median_absolute *
+                        (static_cast<float>(median) + 0.5f) / static_cast<float>(bins_per_sigma);
     for (int v = r; v < h - r; ++v) {
         if (v == r)
             windows.start(v);
