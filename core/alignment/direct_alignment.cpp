@@ -172,22 +172,15 @@ DirectAlignment::DirectAlignment(const AlignmentOptions &options, int points_per
     : options_(options), pool_(pool), parts_(static_cast<std::size_t>(parts_of(points_per_level))),
       grey_(parts_.size() * points_at_once) {}
 
-void DirectAlignment::look_up(const AlignmentTemplate &reference, const Pyramid &image, int level,
-                              const Placement &at) {
-    const TemplatePoints &points = reference.points(level);
-    pool_.run(parts_of(points.count), [&](int part) {
-        const auto [first, end] = points_of(part, points);
-        find_greys(points, first, end, image.level(level), reference.camera(level), at, grey_);
-    });
-}
-
 // The parts are the same, and added up in the same order, whoever found them.
-void DirectAlignment::sum_up(const AlignmentTemplate &reference, int level, const Placement &at,
-                             float scale, Wanted wanted, Sums &sums) {
+void DirectAlignment::sum_up(const AlignmentTemplate &reference, const Pyramid *image, int level,
+                             const Placement &at, float scale, Wanted wanted, Sums &sums) {
     const TemplatePoints &points = reference.points(level);
     const int count = parts_of(points.count);
     pool_.run(count, [&](int part) {
         const auto [first, end] = points_of(part, points);
+        if (image != nullptr)
+            find_greys(points, first, end, image->level(level), reference.camera(level), at, grey_);
         sum_up_part(points, first, end, at, robust_width * scale, wanted,
                     parts_[static_cast<std::size_t>(part)]);
     });
@@ -244,12 +237,14 @@ bool DirectAlignment::refine(const AlignmentTemplate &reference, const Pyramid &
         float &scale = fit.scale;
         Relaxation relaxation;
         for (int i = 0; i < options_.iterations_per_level; ++i) {
-            look_up(reference, image, level, found);
+            const Pyramid *seen = &image;
             if (i == 0 && !scale_known) {
-                sum_up(reference, level, found, first_scale, Wanted::scale, sums);
+                sum_up(reference, seen, level, found, first_scale, Wanted::scale, sums);
                 scale = sums.scale();
+                seen = nullptr;
             }
-            sum_up(reference, level, found, scale, i == 0 ? Wanted::all : Wanted::error, sums);
+            sum_up(reference, seen, level, found, scale, i == 0 ? Wanted::all : Wanted::error,
+                   sums);
             if (sums.visible < std::min(options_.least_points, all / 2) || sums.visible < 12)
                 return false; // nothing to hold on to
             if (i == 0)
@@ -309,7 +304,8 @@ Placement DirectAlignment::with_brightness(const AlignmentTemplate &reference, c
     const TemplatePoints &points = reference.points(level);
     Placement at;
     at.pose = pose;
-    look_up(reference, image, level, at);
+    find_greys(points, 0, points.blocks_end(), image.level(level), reference.camera(level), at,
+               grey_);
     double n = 0, then = 0, now = 0, then2 = 0, now2 = 0;
     for (std::size_t i = 0; i < static_cast<std::size_t>(points.count); ++i) {
         const double k = points.intensity[i], seen = grey_[i];
@@ -335,11 +331,11 @@ float DirectAlignment::cost(const AlignmentTemplate &reference, const Pyramid &i
     Placement fitted;
     fitted.pose = at.pose;
     fitted.skew = at.skew;
-    look_up(reference, image, level, fitted);
     Sums sums;
     float scale = first_scale;
     for (int i = 0; i < 2; ++i) {
-        sum_up(reference, level, fitted, scale, Wanted::brightness, sums);
+        sum_up(reference, i == 0 ? &image : nullptr, level, fitted, scale, Wanted::brightness,
+               sums);
         scale = sums.scale();
         Eigen::Matrix2f H = sums.normal_matrix().bottomRightCorner<2, 2>();
         H(0, 0) += 1e-3f;
@@ -350,7 +346,7 @@ float DirectAlignment::cost(const AlignmentTemplate &reference, const Pyramid &i
         fitted.offset += x[1] - gain_unit * middle_grey * x[0];
         fitted.gain = std::clamp(fitted.gain + gain_unit * x[0], lowest_gain, highest_gain);
     }
-    sum_up(reference, level, fitted, scale, Wanted::scale, sums);
+    sum_up(reference, nullptr, level, fitted, scale, Wanted::scale, sums);
     return sums.fixed_cost();
 }
 
@@ -359,7 +355,7 @@ Alignment DirectAlignment::assess(const AlignmentTemplate &reference, int level,
     Alignment at;
     static_cast<Placement &>(at) = placed;
     Sums sums;
-    sum_up(reference, level, at, fit.scale, Wanted::brightness, sums);
+    sum_up(reference, nullptr, level, at, fit.scale, Wanted::brightness, sums);
     if (sums.visible < options_.least_points)
         return at;
     const float visible = static_cast<float>(sums.visible);

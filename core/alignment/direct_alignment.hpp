@@ -112,13 +112,11 @@ private:
     /// How good a placement is that has been looked up last; `fit` is of the steps that led to it.
     Alignment assess(const AlignmentTemplate &reference, int level, const PosePrior &prior,
                      const Placement &placed, const Fit &fit);
-    /// Fills grey_ with what the image shows at the points of a level.
-    void look_up(const AlignmentTemplate &reference, const Pyramid &image, int level,
-                 const Placement &at);
-    /// Sums over the residuals of what was looked up last. `scale`: their assumed deviation, in
-    /// expected deviations; the robust cost's width is a multiple of it.
-    void sum_up(const AlignmentTemplate &reference, int level, const Placement &at, float scale,
-                Wanted wanted, Sums &sums);
+    /// Sums over the residuals of a level at a placement. What `image` shows at its points is
+    /// looked up first; null: it was, at this pose and skew. `scale`: the residuals' assumed
+    /// deviation, in expected deviations; the robust cost's width is a multiple of it.
+    void sum_up(const AlignmentTemplate &reference, const Pyramid *image, int level,
+                const Placement &at, float scale, Wanted wanted, Sums &sums);
     void sum_up_part(const TemplatePoints &points, int first, int end, const Placement &at,
                      float cost_width, Wanted wanted, Part &part) const;
 
