@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/base/grey.hpp"
+#include "core/base/worker_pool.hpp"
 
 #include <vector>
 
@@ -19,12 +20,17 @@ public:
 
     /// `image` has the size given to the constructor.
     void build(LumaView image);
+    void build(LumaView image, WorkerPool &pool);
 
     /// Number of halvings; level() takes 1..levels().
     int levels() const { return static_cast<int>(levels_.size()); }
     GreyView level(int level) const { return levels_[level - 1]; }
 
 private:
+    int strip_rows() const;
+    int strips() const;
+    void build_strip(LumaView image, int strip);
+
     std::vector<GreyImage> levels_;
 };
 

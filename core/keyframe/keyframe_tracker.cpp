@@ -20,7 +20,7 @@ KeyframeTracker::KeyframeTracker(const KeyframeOptions &options, const Views &vi
 
 void KeyframeTracker::load(LumaView luma) {
     std::swap(image_, previous_image_);
-    image_.build(luma);
+    image_.build(luma, pool_);
 }
 
 /// The keyframe that most of the predicted view is of; the newest, if about as much.

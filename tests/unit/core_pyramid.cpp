@@ -85,3 +85,21 @@ TEST_CASE("a white image is white on all levels of its pyramid", "[core]") {
             for (int u = 0; u < pyramid.level(level).width(); ++u)
                 REQUIRE(pyramid.level(level)(u, v) == 255 * grey_steps);
 }
+
+TEST_CASE("workers that share a pyramid build the one that a single thread builds",
+          "[core][tsan]") {
+    const int levels = GENERATE(1, 4, 6);
+    Luma image(333, 215);
+    std::mt19937 random(3);
+    for (std::uint8_t &pixel : image.pixels())
+        pixel = static_cast<std::uint8_t>(random());
+    Pyramid alone(image.width(), image.height(), levels), shared = alone;
+    alone.build(image);
+    WorkerPool pool(3);
+    shared.build(image, pool);
+    for (int level = 1; level <= levels; ++level)
+        for (int v = 0; v < alone.level(level).height(); ++v)
+            REQUIRE(std::equal(alone.level(level).row(v),
+                               alone.level(level).row(v) + alone.level(level).width(),
+                               shared.level(level).row(v)));
+}
