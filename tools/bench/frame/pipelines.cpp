@@ -2,6 +2,7 @@
 //
 // frame/default, frame/paper: an image that is not measured, where the gate decides which are.
 // frame/default/depth: the same where nobody wants confidences.
+// frame/default/two_workers: the same with two threads; its real time is to be compared.
 // frame/default/still: the same image again, unmeasured. measure/default: what a measurement adds
 // to its frame, every keyframe_interval frames.
 #include "core/gate.hpp"
@@ -16,14 +17,20 @@ namespace {
 
 constexpr std::int64_t frame_ns = 33'333'333;
 
+struct Setting {
+    const char *preset = "default";
+    bool confidence = true;
+    int workers = 1;
+};
+
 /// A pipeline for each stop of the tour.
 class Pipelines {
 public:
-    Pipelines(const Tour &tour, const char *preset, bool confidence = true) : tour_(tour) {
-        const PipelineFactory make = pipeline_factory(*estimator_preset(preset), pool_);
+    Pipelines(const Tour &tour, const Setting &setting) : tour_(tour), pool_(setting.workers) {
+        const PipelineFactory make = pipeline_factory(*estimator_preset(setting.preset), pool_);
         for (const Stop &stop : tour) {
             pipelines_.push_back(make(stop.frames.camera));
-            pipelines_.back()->want_confidence(confidence);
+            pipelines_.back()->want_confidence(setting.confidence);
         }
     }
     Pipeline &at(std::size_t stop) { return *pipelines_[stop]; }
@@ -31,7 +38,7 @@ public:
 
 private:
     const Tour &tour_;
-    WorkerPool pool_ = WorkerPool(1);
+    WorkerPool pool_;
     std::vector<std::unique_ptr<Pipeline>> pipelines_;
 };
 
@@ -42,8 +49,8 @@ benchmark::IterationCount all_frames(const Tour &tour) {
     return static_cast<benchmark::IterationCount>(frames);
 }
 
-void frame(benchmark::State &state, const Tour &tour, const char *preset, bool confidence) {
-    Pipelines pipelines(tour, preset, confidence);
+void frame(benchmark::State &state, const Tour &tour, const Setting &setting) {
+    Pipelines pipelines(tour, setting);
     // The first frame of each stop has nothing to be estimated from, and is not timed.
     while (state.KeepRunningBatch(all_frames(tour) - static_cast<int>(tour.size()))) {
         for (std::size_t s = 0; s < tour.size(); ++s) {
@@ -68,7 +75,7 @@ void frame(benchmark::State &state, const Tour &tour, const char *preset, bool c
 }
 
 void still(benchmark::State &state, const Tour &tour) {
-    Pipelines pipelines(tour, "default");
+    Pipelines pipelines(tour, {});
     std::vector<std::int64_t> now_ns;
     for (std::size_t s = 0; s < tour.size(); ++s) {
         const DecodedFrame &shown = tour[s][0];
@@ -83,7 +90,7 @@ void still(benchmark::State &state, const Tour &tour) {
 }
 
 void measure(benchmark::State &state, const Tour &tour) {
-    Pipelines pipelines(tour, "default");
+    Pipelines pipelines(tour, {});
     std::size_t measured = 0;
     for (const Stop &stop : tour)
         measured += (stop.size() - 1) / keyframe_interval;
@@ -115,13 +122,14 @@ void measure(benchmark::State &state, const Tour &tour) {
 } // namespace
 
 void register_pipelines(const Tour &tour) {
-    for (const char *preset : {"default", "paper"})
-        benchmark::RegisterBenchmark(
-            (std::string("frame/") + preset).c_str(),
-            [&tour, preset](benchmark::State &state) { frame(state, tour, preset, true); });
-    benchmark::RegisterBenchmark("frame/default/depth", [&tour](benchmark::State &state) {
-        frame(state, tour, "default", false);
-    });
+    const auto register_frame = [&tour](const char *name, const Setting &setting) {
+        return benchmark::RegisterBenchmark(
+            name, [&tour, setting](benchmark::State &state) { frame(state, tour, setting); });
+    };
+    register_frame("frame/default", {});
+    register_frame("frame/paper", {.preset = "paper"});
+    register_frame("frame/default/depth", {.confidence = false});
+    register_frame("frame/default/two_workers", {.workers = 2})->UseRealTime();
     benchmark::RegisterBenchmark("frame/default/still",
                                  [&tour](benchmark::State &state) { still(state, tour); });
     benchmark::RegisterBenchmark("measure/default",
