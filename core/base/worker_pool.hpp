@@ -76,9 +76,10 @@ private:
     struct alignas(cache_line) Parts {
         std::atomic<std::uint64_t> next = 0;
     };
-    std::vector<Parts> parts_;        ///< by worker
-    std::atomic<int> unfinished_ = 0; ///< parts of the job
-    std::atomic<int> jobs_ = 0;       ///< changes with each job; what sleeping threads wait for
+    std::vector<Parts> parts_; ///< by worker
+    /// Parts of the job; on a line of its own, for each thread changes it with each part.
+    alignas(cache_line) std::atomic<int> unfinished_ = 0;
+    alignas(cache_line) std::atomic<int> jobs_ = 0; ///< changes with each job; sleepers wait for it
     std::atomic<bool> stopping_ = false;
     std::vector<std::thread> threads_;
 };
