@@ -355,6 +355,8 @@ void DepthComposer::judge(const Doubts &doubts, bool all_rows) {
 }
 
 void DepthComposer::judge_rest() {
+    if (std::ranges::none_of(cells_.pixels(), &Cell::unfinished))
+        return;
     pool_.run(cells_.height(), [&](int y) {
         for (int x = 0; x < cells_.width(); ++x)
             if (cells_(x, y).unfinished)

@@ -53,8 +53,9 @@ FreshErrors fresh_errors(const DepthSurface &surface, const MapError &error,
 DepthPublication::DepthPublication(const KeyframeOptions &options, const Views &views,
                                    WorkerPool &pool)
     : views_(views), camera_(views.published), options_(options), composer_(views, options, pool),
-      motion_mask_(views, ResidualFlow::level_for(views.tracking,
-                                                  options.alignment_template.coarsest_level)),
+      motion_mask_(
+          views, ResidualFlow::level_for(views.tracking, options.alignment_template.coarsest_level),
+          pool),
       flow_(views, options.alignment_template.coarsest_level, options.compose.follow_moving),
       local_errors_(views.published) {
     estimate_.depth = composer_.depth();

@@ -4,6 +4,8 @@
 #include "core/alignment/direct_alignment.hpp"
 #include "core/base/image.hpp"
 #include "core/base/views.hpp"
+#include "core/base/worker_pool.hpp"
+#include "core/base/worker_shares.hpp"
 #include "core/moving/image_patch.hpp"
 
 #include <cstdint>
@@ -28,7 +30,7 @@ public:
     static constexpr int cells(int pixels) { return (pixels + cell_px - 1) / cell_px; }
 
     /// `image_level`: the pyramid level of keyframes' images.
-    MotionMask(const Views &views, int image_level);
+    MotionMask(const Views &views, int image_level, WorkerPool &pool);
 
     /// `alignment`: of `image` with `reference`, good. `composed`: the depth map made for the
     /// image, millimetres, of the published camera.
@@ -47,8 +49,17 @@ private:
     struct Count {
         int points = 0;
         int outliers = 0;
+
+        Count operator+(const Count &other) const {
+            return {points + other.points, outliers + other.outliers};
+        }
     };
 
+    using Counts = Image<Count>; ///< of each cell
+
+    /// Counts the points first..end-1.
+    void count(const AlignmentTemplate &reference, const Pyramid &image, const Alignment &alignment,
+               DepthView composed, int first, int end, Counts &counts) const;
     /// Where the published camera sees a point at pixel (u, v) of the tracking camera.
     Eigen::Vector2i published_pixel(int u, int v, float depth) const;
 
@@ -56,7 +67,8 @@ private:
     bool same_;               ///< both cameras are one
     int image_level_;         ///< pyramid level of keyframes' images
     Intrinsics image_camera_; ///< the tracking camera on that level
-    Image<Count> counts_;
+    WorkerPool &pool_;
+    WorkerShares<Counts> counts_;
     Image<std::uint8_t> moving_;
 };
 

@@ -124,7 +124,8 @@ TEST_CASE("a cell moves when its mean grey value differs, unless it has a depth 
         DepthMap depth(camera.width, camera.height, 2000);
         std::fill_n(depth.row(0), camera.width * cell, std::uint16_t{0}); // of a row of cells
         std::fill_n(depth.row(cell), camera.width * cell / 2, std::uint16_t{1500}); // an edge
-        MotionMask mask(camera, level);
+        WorkerPool pool(1);
+        MotionMask mask(camera, level, pool);
         mask.add_unlike({then.level(level), 1, contrast}, now, {}, depth);
         const auto cells = mask.moving();
         int band_cells = 0, others = 0;
