@@ -51,6 +51,11 @@ float difference_at(ImageView<const float> z, int distance) {
     return std::max(along(distance, 0), along(0, distance));
 }
 
+/// Of a pixel so far from a depth edge that is displaced with so much deviation, pixels.
+float edge_error(const DepthSurface &surface, std::size_t distance, float deviation) {
+    return surface.edge_jump() * upper_tail((static_cast<float>(distance) - 0.5f) / deviation);
+}
+
 } // namespace
 
 Eigen::Matrix<float, 6, 6> lag_covariance(const Twist &then, const Twist &now, const Pose &pose,
@@ -58,6 +63,18 @@ Eigen::Matrix<float, 6, 6> lag_covariance(const Twist &then, const Twist &now, c
     const Twist before = adjoint(pose.inverse()) * now;
     return lag_jitter_s * lag_jitter_s *
            (then * then.transpose() + before * before.transpose()).cast<float>();
+}
+
+MapError fresh_map_error(const DepthSurface &surface, const Intrinsics &camera,
+                         const ErrorOptions &options, float calibration_shift) {
+    MapError e;
+    e.slope = surface.slope();
+    e.misplaced = difference_at(
+        surface.z(),
+        static_cast<int>(std::lround(calibration_shift * static_cast<float>(camera.fx))));
+    for (std::size_t d = 1; d < e.edge.size(); ++d)
+        e.edge[d] = e.fresh_edge[d] = edge_error(surface, d, options.edge_registration_px);
+    return e;
 }
 
 MapError map_error(const DepthSurface &surface, const Views &views, const Pose &pose,
@@ -98,22 +115,14 @@ MapError map_error(const DepthSurface &surface, const Views &views, const Pose &
             const Eigen::Vector3d dv{0, to.fy / z, -to.fy * X.y() / (z * z)};
             shift_variance += std::min(variance_along(du, X, C) + variance_along(dv, X, C), 1e4);
         }
-    MapError e;
     if (sampled == 0)
-        return e;
+        return {};
+    MapError e = fresh_map_error(surface, camera, options, calibration_shift);
     e.pose_relative = static_cast<float>(std::sqrt(std::max(0.0, depth_variance / sampled)));
     e.shift_px = static_cast<float>(std::sqrt(std::max(0.0, shift_variance / sampled)));
-    e.slope = surface.slope();
-    e.misplaced = difference_at(
-        surface.z(), static_cast<int>(std::lround(calibration_shift * static_cast<float>(fx))));
     const float spread = hypotenuse(options.edge_registration_px, e.shift_px);
-    const auto edge_error = [&](std::size_t distance, float deviation) {
-        return surface.edge_jump() * upper_tail((static_cast<float>(distance) - 0.5f) / deviation);
-    };
-    for (std::size_t d = 1; d < e.edge.size(); ++d) {
-        e.edge[d] = edge_error(d, spread);
-        e.fresh_edge[d] = edge_error(d, options.edge_registration_px);
-    }
+    for (std::size_t d = 1; d < e.edge.size(); ++d)
+        e.edge[d] = edge_error(surface, d, spread);
     return e;
 }
 

@@ -43,13 +43,18 @@ struct MapError {
 Eigen::Matrix<float, 6, 6> lag_covariance(const Twist &then, const Twist &now, const Pose &pose,
                                           float lag_jitter_s);
 
+/// Of a map that has not been carried. `camera`: the surface camera. `calibration_shift`: by how
+/// much the directions of images may be wrong, radians, one sigma.
+MapError fresh_map_error(const DepthSurface &surface, const Intrinsics &camera,
+                         const ErrorOptions &options, float calibration_shift = 0);
+
 /// Carries the uncertainty of a pose into depth.
 ///
 /// A plane n.X = 1 seen at a fixed pixel changes its depth by dz/z = n.(v + w x X) under the motion
 /// (v, w); with covariance C of (v, w), var(dz/z) = a C a^T, a = [n, X x n]. The same motion shifts
 /// image points by J_pi [I, -[X]x] (v, w); where the depth jumps or slopes, a shift costs
 /// |grad z| / z times its length. Both are averaged over a grid of the keyframe's surface.
-/// `calibration_shift`: by how much the directions of images may be wrong, radians, one sigma.
+/// `calibration_shift`: as of fresh_map_error().
 /// `pose` takes points of the surface camera's frame to the published camera's; the motion is one
 /// of the tracking camera, before it.
 MapError map_error(const DepthSurface &surface, const Views &views, const Pose &pose,

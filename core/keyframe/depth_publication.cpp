@@ -141,8 +141,7 @@ const Estimate &DepthPublication::measured(DepthView depth, const Keyframe &fres
     fresh_fill_ =
         std::max(measured_pixels / static_cast<float>(camera_.width * camera_.height), least_fill);
     const MapError error =
-        map_error(fresh.surface, views_, views_.published_from_surface(),
-                  Eigen::Matrix<float, 6, 6>::Zero(), options_.error, fresh.calibration_shift);
+        fresh_map_error(fresh.surface, views_.surface, options_.error, fresh.calibration_shift);
     const FreshErrors errors = fresh_errors(fresh.surface, error, views_.surface, options_);
     fresh_error_ = errors.modelled;
     white_noise_ = errors.white;

@@ -81,6 +81,10 @@ TEST_CASE("a pose that is exactly known adds nothing to the expected error", "[c
                                      Eigen::Matrix<float, 6, 6>::Zero(), ErrorOptions{});
     CHECK(error.pose_relative == 0.0f);
     CHECK(error.shift_px == 0.0f);
+    const MapError fresh = fresh_map_error(plane({0, 0, 0.5}), camera, ErrorOptions{});
+    CHECK(error.edge == fresh.edge);
+    CHECK(fresh.edge == fresh.fresh_edge);
+    CHECK(error.slope == fresh.slope);
 }
 
 TEST_CASE("the expected error of a pixel falls with edge distance and grows with noise", "[core]") {
