@@ -20,7 +20,7 @@ std::chrono::nanoseconds BackOff::next() {
 
 CaptureSession::CaptureSession(Rig &rig, const Config &config, WorkerPool &pool, RingWriter &ring,
                                const StreamNotifier &streams, Outbox &outbox)
-    : rig_(rig), run_without_readers_(config.daemon.run_without_readers), ring_(ring),
+    : rig_(rig), run_without_readers_(config.daemon.run_without_readers), pool_(pool), ring_(ring),
       streams_(streams), outbox_(outbox),
       loop_(rig, pipeline_factory(config.estimator, pool), config.gate, rig_geometry(config)) {}
 
@@ -204,7 +204,7 @@ void CaptureSession::publish(const FrameResult &result) {
     frame.lens = static_cast<std::uint32_t>(camera.lens); // numbered alike
     std::copy(camera.distortion.begin(), camera.distortion.end(), frame.distortion);
     first_ = false;
-    FrameEvent event = {ring_.publish(estimate, result.luma, frame), result.reason};
+    FrameEvent event = {ring_.publish(estimate, result.luma, frame, &pool_), result.reason};
     event.stream_ns = stream_ns_;
     event.cpu_ns = cpu_ns_;
     event.skipped = std::exchange(skipped_, 0);

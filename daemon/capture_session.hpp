@@ -90,6 +90,7 @@ private:
 
     Rig &rig_;
     const bool run_without_readers_;
+    WorkerPool &pool_;
     RingWriter &ring_;
     const StreamNotifier &streams_;
     Outbox &outbox_;

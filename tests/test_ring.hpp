@@ -23,8 +23,8 @@ using Stream = std::unique_ptr<afterglow_stream, StreamCloser>;
 /// A ring and its streams, with frames whose every pixel follows from the frame's index.
 class TestRing {
 public:
-    explicit TestRing(int width = 64, int height = 48, int slots = 8)
-        : camera_{50, 51, 31.5, 23.5, width, height},
+    explicit TestRing(int width = 64, int height = 48, int slots = 8, int workers = 1)
+        : camera_{50, 51, 31.5, 23.5, width, height}, workers_(workers),
           writer_(std::move(*RingWriter::create(camera_, slots))),
           streams_(std::move(*StreamNotifier::create(*writer_))), depth_(width, height),
           confidence_(width, height), luma_(width, height) {}
@@ -61,7 +61,7 @@ public:
         frame.fy = camera_.fy;
         frame.cx = camera_.cx;
         frame.cy = camera_.cy;
-        return writer_->publish(estimate, luma_, frame);
+        return writer_->publish(estimate, luma_, frame, &workers_);
     }
     afterglow_frame publish() {
         const afterglow_frame frame = write();
@@ -80,6 +80,7 @@ public:
 
 private:
     Intrinsics camera_;
+    WorkerPool workers_;
     std::unique_ptr<RingWriter> writer_;
     std::unique_ptr<StreamNotifier> streams_;
     DepthMap depth_;

@@ -30,6 +30,8 @@ public:
         return data_[static_cast<std::ptrdiff_t>(v) * stride_ + u];
     }
     T *row(int v) const { return data_ + static_cast<std::ptrdiff_t>(v) * stride_; }
+    /// Rows first..end-1.
+    ImageView rows(int first, int end) const { return {row(first), width_, end - first, stride_}; }
 
     T *data() const { return data_; }
     int width() const { return width_; }

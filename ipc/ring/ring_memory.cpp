@@ -171,21 +171,26 @@ void RingMemory::begin_frame(std::uint64_t index) {
 }
 
 template <class T>
-void RingMemory::store_rows(std::uint64_t index, int number, ImageView<const T> image) {
+void RingMemory::store_rows(std::uint64_t index, int number, ImageView<const T> rows, int first) {
     const afterglow_plane &plane = plane_of(*header_, number);
-    assert(image.width() == static_cast<int>(plane.width));
-    assert(image.height() == static_cast<int>(plane.height) && plane.pixel_bytes == sizeof(T));
-    unsigned char *row = reinterpret_cast<unsigned char *>(&slot(index)) + plane.offset;
-    for (int v = 0; v < image.height(); ++v, row += plane.stride_bytes)
-        seqlock::store(row, image.row(v), plane.width * sizeof(T));
+    assert(rows.width() == static_cast<int>(plane.width) && plane.pixel_bytes == sizeof(T));
+    assert(first >= 0 && first + rows.height() <= static_cast<int>(plane.height));
+    unsigned char *row = reinterpret_cast<unsigned char *>(&slot(index)) + plane.offset +
+                         static_cast<std::size_t>(first) * plane.stride_bytes;
+    seqlock::begin_stores();
+    for (int v = 0; v < rows.height(); ++v, row += plane.stride_bytes)
+        seqlock::store(row, rows.row(v), plane.width * sizeof(T));
+    seqlock::end_stores();
 }
 
-void RingMemory::store_plane(std::uint64_t index, int plane, ImageView<const std::uint8_t> image) {
-    store_rows(index, plane, image);
+void RingMemory::store_plane(std::uint64_t index, int plane, ImageView<const std::uint8_t> rows,
+                             int first) {
+    store_rows(index, plane, rows, first);
 }
 
-void RingMemory::store_plane(std::uint64_t index, int plane, ImageView<const std::uint16_t> image) {
-    store_rows(index, plane, image);
+void RingMemory::store_plane(std::uint64_t index, int plane, ImageView<const std::uint16_t> rows,
+                             int first) {
+    store_rows(index, plane, rows, first);
 }
 
 void RingMemory::end_frame(const afterglow_frame &frame) {

@@ -45,8 +45,12 @@ public:
     void begin_at(std::uint64_t index);
     /// Begins to overwrite the slot of frame `index`.
     void begin_frame(std::uint64_t index);
-    void store_plane(std::uint64_t index, int plane, ImageView<const std::uint8_t> image);
-    void store_plane(std::uint64_t index, int plane, ImageView<const std::uint16_t> image);
+    /// Stores rows of a plane of frame `index`, from `first` on. Several threads may, of different
+    /// rows, between begin_frame() and end_frame().
+    void store_plane(std::uint64_t index, int plane, ImageView<const std::uint8_t> rows,
+                     int first = 0);
+    void store_plane(std::uint64_t index, int plane, ImageView<const std::uint16_t> rows,
+                     int first = 0);
     /// Completes the slot and makes frame.index the newest.
     void end_frame(const afterglow_frame &frame);
     /// Empties all slots: no frame published so far can be read any more.
@@ -61,7 +65,7 @@ private:
     }
     afterglow_slot_header &slot(std::uint64_t index) const;
     template <class T>
-    void store_rows(std::uint64_t index, int plane, ImageView<const T> image);
+    void store_rows(std::uint64_t index, int plane, ImageView<const T> rows, int first);
 
     UniqueFd fd_; ///< read-only, and of its file description there is no other descriptor
     afterglow_ring_header *header_ = nullptr;

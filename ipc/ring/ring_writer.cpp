@@ -112,16 +112,17 @@ void RingWriter::switch_to(Pair &pair) {
     in_use_.store(&pair, std::memory_order_release); // the old one may go from here on
 }
 
-ImageView<const std::uint8_t> RingWriter::unknown_confidences(DepthView depth) {
-    for (int v = 0; v < depth.height(); ++v)
+/// Of rows of an estimate.
+ImageView<const std::uint8_t> RingWriter::unknown_confidences(DepthView depth, int first, int end) {
+    for (int v = first; v < end; ++v)
         std::transform(
             depth.row(v), depth.row(v) + depth.width(), unknown_.row(v),
             [](std::uint16_t mm) { return mm != 0 ? unknown_confidence : no_confidence; });
-    return unknown_;
+    return unknown_.view().rows(first, end);
 }
 
-afterglow_frame RingWriter::publish(const Estimate &estimate, LumaView luma,
-                                    afterglow_frame frame) {
+afterglow_frame RingWriter::publish(const Estimate &estimate, LumaView luma, afterglow_frame frame,
+                                    WorkerPool *workers) {
     if (Pair *offered = offered_.exchange(nullptr, std::memory_order_acq_rel); offered != nullptr)
         switch_to(*offered);
     RingMemory &depth = pair_->depth;
@@ -140,16 +141,28 @@ afterglow_frame RingWriter::publish(const Estimate &estimate, LumaView luma,
     store_pose(frame.world_from_camera, estimate.world_from_camera);
     store_pose(frame.camera_from_measurement, estimate.pose);
 
+    const auto share_rows = [&](int rows, const auto &store) {
+        if (workers != nullptr)
+            workers->run_strips(rows, store);
+        else
+            store(0, rows);
+    };
     depth.begin_frame(frame.index);
-    depth.store_plane(frame.index, 0, estimate.depth);
-    depth.store_plane(frame.index, 1,
-                      estimate.confidence.empty() ? unknown_confidences(estimate.depth)
-                                                  : estimate.confidence);
+    share_rows(estimate.depth.height(), [&](int first, int end) {
+        depth.store_plane(frame.index, 0, estimate.depth.rows(first, end), first);
+        depth.store_plane(frame.index, 1,
+                          estimate.confidence.empty()
+                              ? unknown_confidences(estimate.depth, first, end)
+                              : estimate.confidence.rows(first, end),
+                          first);
+    });
     if (with_image) {
         if (!images_written_)
             images.begin_at(frame.index);
         images.begin_frame(frame.index);
-        images.store_plane(frame.index, 0, luma);
+        share_rows(luma.height(), [&](int first, int end) {
+            images.store_plane(frame.index, 0, luma.rows(first, end), first);
+        });
     }
     images_written_ = with_image;
     frame.published_ns = monotonic_ns();

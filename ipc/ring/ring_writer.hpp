@@ -3,6 +3,7 @@
 
 #include "core/base/camera.hpp"
 #include "core/base/image.hpp"
+#include "core/base/worker_pool.hpp"
 #include "core/estimate.hpp"
 #include "ipc/ring/ring_memory.hpp"
 
@@ -46,14 +47,17 @@ public:
     RingWriter(const RingWriter &) = delete;
     RingWriter &operator=(const RingWriter &) = delete;
 
-    // The estimator thread's side. Real-time safe: stores to memory, no system call, no lock.
+    // The estimator thread's side. Real-time safe: stores to memory, no lock, and no system call
+    // but those of the workers.
 
     /// Writes the estimate and the image it belongs to as the next frame. `frame` says what the
     /// estimate does not: flags, sequence, t_ns, emitter, the measurement's number and times, and
     /// the camera; the rest is filled in here. The image is left out while nobody wants images. An
-    /// estimate without confidences is published with unknown ones.
+    /// estimate without confidences is published with unknown ones. The rows are shared by
+    /// `workers`, if there are any.
     /// Returns the frame as published.
-    afterglow_frame publish(const Estimate &estimate, LumaView luma, afterglow_frame frame);
+    afterglow_frame publish(const Estimate &estimate, LumaView luma, afterglow_frame frame,
+                            WorkerPool *workers = nullptr);
     /// Makes all frames published so far unreadable: what comes after a sleep shows nothing of what
     /// was before it.
     void clear();
@@ -104,7 +108,7 @@ private:
     Result<std::unique_ptr<Pair>> make_pair(std::uint64_t renewal) const;
     void collect_locked();
     void switch_to(Pair &pair);
-    ImageView<const std::uint8_t> unknown_confidences(DepthView depth);
+    ImageView<const std::uint8_t> unknown_confidences(DepthView depth, int first, int end);
 
     const Intrinsics depth_;
     const Intrinsics images_;

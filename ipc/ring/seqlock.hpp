@@ -19,10 +19,10 @@
 #include <emmintrin.h>
 #endif
 
-/// Both halves of the protocol of a ring slot (afterglow/ring.h): one writer, any number of readers
-/// that never write. See H.-J. Boehm, "Can seqlocks get along with programming language memory
-/// models?", MSPC 2012: the payload moves in relaxed atomic words, two fences keep it between the
-/// two values of the sequence.
+/// Both halves of the protocol of a ring slot (afterglow/ring.h): one writer, whose threads may
+/// share the stores, and any number of readers that never write. See H.-J. Boehm, "Can seqlocks get
+/// along with programming language memory models?", MSPC 2012: the payload moves in relaxed atomic
+/// words, two fences keep it between the two values of the sequence.
 ///
 /// Compiler built-ins and not std::atomic, because the memory is shared with other programs and
 /// readers map it const. Real-time safe.
@@ -63,6 +63,15 @@ inline void begin_write(std::uint64_t &sequence, std::uint64_t index) {
 inline void end_write(std::uint64_t &sequence, std::uint64_t index) {
     fence_streams();
     __atomic_store_n(&sequence, complete(index), __ATOMIC_RELEASE);
+}
+
+/// Around the stores of a thread that begin_write() has let go on, and that lets the one go on that
+/// calls end_write().
+inline void begin_stores() {
+    __atomic_thread_fence(__ATOMIC_RELEASE);
+}
+inline void end_stores() {
+    fence_streams();
 }
 
 inline std::uint64_t begin_read(const std::uint64_t &sequence) {

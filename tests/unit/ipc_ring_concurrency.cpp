@@ -69,7 +69,7 @@ private:
 
 TEST_CASE("concurrent ring readers never see a torn frame", "[ipc][tsan]") {
     // Two slots: the writer is always about to overwrite what is read.
-    TestRing ring(64, 48, 2);
+    TestRing ring(64, 48, 2, GENERATE(1, 3));
     std::atomic<int> torn{0};
     {
         const BusyWriter writer(ring);

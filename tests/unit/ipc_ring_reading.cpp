@@ -10,10 +10,13 @@ using namespace afterglow;
 using namespace afterglow::test;
 
 TEST_CASE("a ring frame is read as it was published", "[ipc]") {
-    // Rows that do not fill whole words, out of images that have wider rows still.
+    // Rows that do not fill whole words, out of images that have wider rows still; more than the
+    // workers take at a time.
     const int width = 37;
-    const int height = 5;
+    const int height = 21;
     const int stride = 50;
+    WorkerPool pool(3);
+    WorkerPool *const workers = GENERATE(false, true) ? &pool : nullptr;
     const auto writer = std::move(*RingWriter::create({50, 51, 18, 2, width, height}));
     const auto streams = std::move(*StreamNotifier::create(*writer));
     Result<UniqueFd> socket = streams->open(1, {.images = true});
@@ -54,7 +57,7 @@ TEST_CASE("a ring frame is read as it was published", "[ipc]") {
     given.cx = 18;
     given.cy = 2;
     const afterglow_frame published =
-        writer->publish(estimate, {bytes.data() + 3, width, height, stride}, given);
+        writer->publish(estimate, {bytes.data() + 3, width, height, stride}, given, workers);
 
     afterglow_info info = {};
     info.size = sizeof info;
