@@ -2,11 +2,13 @@
 //
 // frame/default, frame/paper: an image that is not measured, where the gate decides which are.
 // frame/default/depth: the same where nobody wants confidences.
-// frame/default/two_workers: the same with two threads; its real time is to be compared.
+// frame/published, frame/published/two_workers: frame/default and the ring's copy of depth,
+// confidence and image, by one thread and by two. Real time is measured, not processor time.
 // frame/default/still: the same image again, unmeasured. measure/default: what a measurement adds
 // to its frame, every keyframe_interval frames.
 #include "core/gate.hpp"
 #include "core/pipeline.hpp"
+#include "ipc/ring/ring_writer.hpp"
 #include "tools/bench/frame/benchmarks.hpp"
 
 #include <benchmark/benchmark.h>
@@ -20,26 +22,49 @@ constexpr std::int64_t frame_ns = 33'333'333;
 struct Setting {
     const char *preset = "default";
     bool confidence = true;
+    bool published = false;
     int workers = 1;
 };
 
-/// A pipeline for each stop of the tour.
+/// A pipeline, and perhaps a ring, for each stop of the tour.
 class Pipelines {
 public:
-    Pipelines(const Tour &tour, const Setting &setting) : tour_(tour), pool_(setting.workers) {
+    Pipelines(const Tour &tour, const Setting &setting)
+        : tour_(tour), setting_(setting), pool_(setting.workers) {
         const PipelineFactory make = pipeline_factory(*estimator_preset(setting.preset), pool_);
         for (const Stop &stop : tour) {
             pipelines_.push_back(make(stop.frames.camera));
             pipelines_.back()->want_confidence(setting.confidence);
         }
     }
+    /// Makes the rings. Errors: memory is refused.
+    Status make_rings() {
+        for (const Stop &stop : tour_) {
+            auto ring = RingWriter::create(stop.frames.camera);
+            if (!ring)
+                return ring.error();
+            (*ring)->want_images(true);
+            rings_.push_back(*std::move(ring));
+        }
+        return ok();
+    }
     Pipeline &at(std::size_t stop) { return *pipelines_[stop]; }
+    /// Estimates frame `k` of a stop, and publishes it where that is set.
+    const Estimate &show(std::size_t stop, std::size_t k) {
+        const DecodedFrame &frame = tour_[stop][k];
+        const Estimate &estimate = pipelines_[stop]->track(frame.luma, frame.t_ns);
+        if (setting_.published)
+            rings_[stop]->publish(estimate, frame.luma, {}, &pool_);
+        return estimate;
+    }
     const Tour &tour() const { return tour_; }
 
 private:
     const Tour &tour_;
+    const Setting setting_;
     WorkerPool pool_;
     std::vector<std::unique_ptr<Pipeline>> pipelines_;
+    std::vector<std::unique_ptr<RingWriter>> rings_;
 };
 
 benchmark::IterationCount all_frames(const Tour &tour) {
@@ -51,6 +76,11 @@ benchmark::IterationCount all_frames(const Tour &tour) {
 
 void frame(benchmark::State &state, const Tour &tour, const Setting &setting) {
     Pipelines pipelines(tour, setting);
+    if (setting.published)
+        if (const Status made = pipelines.make_rings(); !made) {
+            state.SkipWithError(made.error().message.c_str());
+            return;
+        }
     // The first frame of each stop has nothing to be estimated from, and is not timed.
     while (state.KeepRunningBatch(all_frames(tour) - static_cast<int>(tour.size()))) {
         for (std::size_t s = 0; s < tour.size(); ++s) {
@@ -61,7 +91,7 @@ void frame(benchmark::State &state, const Tour &tour, const Setting &setting) {
             for (std::size_t k = 0; k < tour[s].size(); ++k) {
                 if (k > 0)
                     state.ResumeTiming();
-                const Estimate &estimate = pipeline.track(tour[s][k].luma, tour[s][k].t_ns);
+                const Estimate &estimate = pipelines.show(s, k);
                 if (k > 0)
                     state.PauseTiming();
                 if (gate.wants_light(estimate)) {
@@ -129,7 +159,8 @@ void register_pipelines(const Tour &tour) {
     register_frame("frame/default", {});
     register_frame("frame/paper", {.preset = "paper"});
     register_frame("frame/default/depth", {.confidence = false});
-    register_frame("frame/default/two_workers", {.workers = 2})->UseRealTime();
+    register_frame("frame/published", {.published = true})->UseRealTime();
+    register_frame("frame/published/two_workers", {.published = true, .workers = 2})->UseRealTime();
     benchmark::RegisterBenchmark("frame/default/still",
                                  [&tour](benchmark::State &state) { still(state, tour); });
     benchmark::RegisterBenchmark("measure/default",
