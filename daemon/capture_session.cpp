@@ -160,6 +160,7 @@ void CaptureSession::take(const FrameResult &result, Time now) {
         ++skipped_;
         skipped_lit_ += result.lit;
     }
+    pool_.rest(); // until the next image
 }
 
 void CaptureSession::charge(std::int64_t t_ns) {

@@ -68,6 +68,7 @@ void WorkerPool::run_erased(int parts, Erased call, const void *context) {
     }
     call_ = call;
     context_ = context;
+    resting_.store(false, std::memory_order_relaxed);
     unfinished_.store(parts, std::memory_order_relaxed);
     publish(parts);
     jobs_.fetch_add(1, std::memory_order_release);
@@ -115,7 +116,10 @@ void WorkerPool::work(int worker) {
         if (stopping_.load(std::memory_order_relaxed))
             return;
         take_parts(worker);
-        look_for([&] { return jobs_.load(std::memory_order_relaxed) != seen; });
+        look_for([&] {
+            return jobs_.load(std::memory_order_relaxed) != seen ||
+                   resting_.load(std::memory_order_relaxed);
+        });
         jobs_.wait(seen, std::memory_order_acquire);
     }
 }

@@ -18,9 +18,9 @@ namespace afterglow {
 /// A job has parts. Each thread begins with its own, which are the same in all jobs of as many
 /// parts, so that what they work on is in its cache; then it takes what the others have not begun:
 /// nobody waits for a thread that wakes late. Threads look for the next job for a moment before
-/// they sleep.
+/// they sleep, unless they are told that there is none.
 ///
-/// run() is called by one thread at a time; it allocates nothing and takes no lock.
+/// run() and rest() are called by one thread at a time; they allocate nothing and take no lock.
 class WorkerPool {
 public:
     static constexpr int most_parts = 0xffff;
@@ -62,6 +62,9 @@ public:
         });
     }
 
+    /// No job comes soon: all other threads sleep at once.
+    void rest() { resting_.store(true, std::memory_order_relaxed); }
+
 private:
     using Erased = void (*)(const void *context, int part, int worker);
     void run_erased(int parts, Erased call, const void *context);
@@ -80,6 +83,7 @@ private:
     /// Parts of the job; on a line of its own, for each thread changes it with each part.
     alignas(cache_line) std::atomic<int> unfinished_ = 0;
     alignas(cache_line) std::atomic<int> jobs_ = 0; ///< changes with each job; sleepers wait for it
+    std::atomic<bool> resting_ = false;
     std::atomic<bool> stopping_ = false;
     std::vector<std::thread> threads_;
 };

@@ -64,16 +64,23 @@ TEST_CASE("each thread of a worker pool has a number, and the caller's is 0", "[
 
 TEST_CASE("a worker pool's threads, once asleep, work again", "[core][tsan]") {
     WorkerPool pool(2);
-    for (int job = 0; job < 5; ++job) {
-        std::this_thread::sleep_for(
-            std::chrono::milliseconds(5)); // longer than they look for a job
+    const auto both_work = [&] {
         std::atomic<int> waiting = 0;
         pool.run(2, [&](int) {
             ++waiting;
             while (waiting < 2) // ends only if two threads work
                 std::this_thread::yield();
         });
-        CHECK(waiting == 2);
+        return waiting == 2;
+    };
+    for (int job = 0; job < 5; ++job) {
+        std::this_thread::sleep_for(
+            std::chrono::milliseconds(5)); // longer than they look for a job
+        CHECK(both_work());
+    }
+    for (int job = 0; job < 500; ++job) {
+        pool.rest();
+        CHECK(both_work());
     }
 }
 
