@@ -52,12 +52,12 @@ namespace {
 
 #else
 
-// NOLINTBEGIN(bugprone-reserved-identifier)
+// NOLINTBEGIN(bugprone-reserved-identifier,readability-identifier-naming)
 extern "C" void *__libc_malloc(std::size_t);
 extern "C" void *__libc_calloc(std::size_t, std::size_t);
 extern "C" void *__libc_realloc(void *, std::size_t);
 extern "C" void *__libc_memalign(std::size_t, std::size_t);
-// NOLINTEND(bugprone-reserved-identifier)
+// NOLINTEND(bugprone-reserved-identifier,readability-identifier-naming)
 
 #define AFTERGLOW_REPLACES extern "C" __attribute__((visibility("default")))
 

@@ -54,7 +54,7 @@ TEST_CASE("the keyframe pipeline of a static camera does not drift and lights on
     // Once each longest interval, and once more while the expected error is still being learnt.
     CHECK(lit <= (frames + longest - 1) / longest + 1);
     // The two halves rest on 17 measured images each, whose noise does not average out further.
-    CHECK((late - early).norm() / (frames / 2) < 0.001);
+    CHECK((late - early).norm() / (0.5 * frames) < 0.001);
     // Around that place it jitters, after all frames no more than after one: noise of 1.5 grey
     // values on 160 x 120 pixels, the worst of ten thousand images.
     CHECK(furthest_m < 0.01);

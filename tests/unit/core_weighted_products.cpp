@@ -22,7 +22,8 @@ TEST_CASE("weighted products of columns are summed as one by one", "[core]") {
     if (first >= count)
         return;
     CAPTURE(count, first);
-    const auto all = static_cast<std::size_t>(rows * blocks);
+    const int of_all_blocks = rows * blocks;
+    const auto all = static_cast<std::size_t>(of_all_blocks);
     std::vector<std::vector<float>> columns(static_cast<std::size_t>(count),
                                             std::vector<float>(all));
     for (auto &column : columns)

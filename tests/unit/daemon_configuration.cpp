@@ -51,7 +51,7 @@ TEST_CASE("the intrinsics of a real colour camera hold without a restart, its si
 }
 
 TEST_CASE("simulated cameras keep their calibration until a restart") {
-    for (Config running : {Config{}, with_file(test_rig(), {})}) {
+    for (const Config &running : {Config{}, with_file(test_rig(), {})}) {
         Config read = running;
         read.color.camera.fx += 1;
         if (read.calibration.rig)

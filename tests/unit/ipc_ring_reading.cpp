@@ -88,10 +88,10 @@ TEST_CASE("a ring frame is read as it was published", "[ipc]") {
     bool same = true;
     for (int v = 0; v < height; ++v)
         for (int u = 0; u < width; ++u) {
-            const auto to = static_cast<std::size_t>(v * width + u);
-            const auto from = static_cast<std::size_t>(v * stride + u);
-            same = same && planes.depth[to] == depth[from] &&
-                   planes.confidence[to] == bytes[from] && planes.luma[to] == bytes[from + 3];
+            const int to = v * width + u, from = v * stride + u;
+            same = same && planes.depth.data()[to] == depth.data()[from] &&
+                   planes.confidence.data()[to] == bytes.data()[from] &&
+                   planes.luma.data()[to] == bytes.data()[from + 3];
         }
     CHECK(same);
     CHECK(std::memcmp(&frame, &published, sizeof frame) == 0);

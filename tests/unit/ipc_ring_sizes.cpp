@@ -98,11 +98,11 @@ bool is_whole(const Frame &frame) {
 }
 
 /// What comes of a stream whose daemon sends these memories.
-int open_memory(ReaderFds memory) {
+int open_memory(const ReaderFds &memory) {
     int ends[2];
     REQUIRE(::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) == 0);
     const UniqueFd daemon_end(ends[0]);
-    REQUIRE(send_memory(ends[0], std::move(memory), 1));
+    REQUIRE(send_memory(ends[0], memory, 1));
     afterglow_stream *opened = nullptr;
     const int error = afterglow_open_fd(ends[1], &opened);
     afterglow_close(opened);

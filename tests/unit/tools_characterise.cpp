@@ -23,7 +23,8 @@ SyntheticOptions on_tripod() {
     return {.width = 320, .height = 240, .real_time = false, .motion = 0};
 }
 
-Result<Characteristics> characterise_room(const TofNoise &tof, SyntheticOptions room = on_tripod(),
+Result<Characteristics> characterise_room(const TofNoise &tof,
+                                          const SyntheticOptions &room = on_tripod(),
                                           CharacteriseOptions options = {.seconds = 15}) {
     SyntheticWorld world = make_world(room);
     world.tof = tof;

@@ -46,7 +46,7 @@ Bytes make_jpeg(int width, int height) {
     Bytes row(static_cast<std::size_t>(3 * width), 128);
     for (int v = 0; v < height; ++v) {
         for (int u = 0; u < width; ++u)
-            row[static_cast<std::size_t>(3 * u)] = static_cast<std::uint8_t>(2 * u + v);
+            row.data()[3 * u] = static_cast<std::uint8_t>(2 * u + v);
         JSAMPROW pixels = row.data();
         jpeg_write_scanlines(&jpeg, &pixels, 1);
     }

@@ -11,12 +11,12 @@ void Coverage::add(const Corners &corners) {
         const int column = static_cast<int>(std::floor(pixel.x() * columns / width_));
         const int row = static_cast<int>(std::floor(pixel.y() * rows / height_));
         if (column >= 0 && row >= 0 && column < columns && row < rows)
-            seen_[static_cast<std::size_t>(row * columns + column)] = true;
+            seen_(column, row) = 1;
     }
 }
 
 double Coverage::share() const {
-    return static_cast<double>(std::count(seen_.begin(), seen_.end(), true)) / (columns * rows);
+    return static_cast<double>(std::ranges::count(seen_.pixels(), 1)) / (columns * rows);
 }
 
 std::string Coverage::text(const std::string &indent) const {

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "core/base/image.hpp"
 #include "tools/calibrate/find_board.hpp"
 
-#include <array>
+#include <cstdint>
 #include <string>
 
 namespace afterglow {
@@ -20,15 +21,13 @@ public:
     void add(const Corners &corners);
     /// Cells with corners, as a share of all.
     double share() const;
-    bool seen(int column, int row) const {
-        return seen_[static_cast<std::size_t>(row * columns + column)];
-    }
+    bool seen(int column, int row) const { return seen_(column, row) != 0; }
     /// A line for each row of cells: '#' where corners were seen, '.' where none were.
     std::string text(const std::string &indent) const;
 
 private:
     int width_, height_;
-    std::array<bool, columns * rows> seen_{};
+    Image<std::uint8_t> seen_{columns, rows}; ///< 1 where corners were
 };
 
 } // namespace afterglow

@@ -31,7 +31,8 @@ double brightness(const cv::Mat &image, const cv::Point2f &at) {
 /// chessboard. Its top left square is black.
 void turn_upright(const cv::Mat &image, int columns, Points &corners) {
     const auto at = [&](int column, int row) {
-        return corners[static_cast<std::size_t>(row * columns + column)];
+        const int place = row * columns + column;
+        return corners[static_cast<std::size_t>(place)];
     };
     const int rows = static_cast<int>(corners.size()) / columns;
     const cv::Point2f right = at(1, 0) - at(0, 0), down = at(0, 1) - at(0, 0);

@@ -194,8 +194,9 @@ Result<Counts> count_instructions(const CountedRun &run) {
     const auto counts = read_block_counts(blocks);
     if (!counts)
         return counts.error();
+    const int frames = run.frames + run.still;
     const auto outside = [&](const PartCount &part) {
-        return part.frame >= static_cast<std::size_t>(run.frames + run.still);
+        return part.frame >= static_cast<std::size_t>(frames);
     };
     if (counts->parts.empty() || std::ranges::any_of(counts->parts, outside))
         return Error{"the counted program has not marked its frames", EIO};

@@ -174,7 +174,7 @@ void register_opencv(const Tour &tour) {
                                                       {"opencv/rgbd", rgbd}};
     for (const auto &[name, function] : all)
         benchmark::RegisterBenchmark(
-            name, [&tour, function](benchmark::State &state) { function(state, tour); });
+            name, [&tour, run = function](benchmark::State &state) { run(state, tour); });
 }
 
 } // namespace afterglow::bench
