@@ -80,16 +80,6 @@ void halve(const Grey *a, const Grey *b, int count, Grey *out) {
     HWY_DYNAMIC_DISPATCH(halve_greys)(a, b, count, out);
 }
 
-/// Fetches two rows that are read some rows after this one. The image comes from elsewhere, and is
-/// not in the cache.
-void fetch_ahead(LumaView image, int row) {
-    constexpr int rows_ahead = 8, line = static_cast<int>(cache_line);
-    const int first = row + rows_ahead;
-    for (int v = first; v < std::min(first + 2, image.height()); ++v)
-        for (int u = 0; u < image.width(); u += line)
-            hwy::Prefetch(image.row(v) + u);
-}
-
 } // namespace
 
 Pyramid::Pyramid(int width, int height, int levels) {
@@ -116,18 +106,25 @@ void Pyramid::build(LumaView image, WorkerPool &pool) {
 }
 
 void Pyramid::build_strip(LumaView image, int strip) {
-    for (int l = 1; l <= levels(); ++l) {
-        GreyImage &to = levels_[static_cast<std::size_t>(l - 1)];
-        const int rows = strip_rows() >> (l - 1);
-        const int end = std::min((strip + 1) * rows, to.height());
-        for (int v = strip * rows; v < end; ++v)
-            if (l == 1) {
-                fetch_ahead(image, 2 * v);
-                halve(image.row(2 * v), image.row(2 * v + 1), to.width(), to.row(v));
-            } else {
-                const GreyView from = level(l - 1);
-                halve(from.row(2 * v), from.row(2 * v + 1), to.width(), to.row(v));
-            }
+    const auto end_of = [&](const GreyImage &level, int rows) {
+        return std::min((strip + 1) * rows, level.height());
+    };
+    GreyImage &first = levels_.front();
+    for (int v = strip * strip_rows(); v < end_of(first, strip_rows()); ++v) {
+        // The image comes from elsewhere, and is not in the cache.
+        constexpr int rows_ahead = 8, line = static_cast<int>(cache_line);
+        const int first_fetched = 2 * v + rows_ahead;
+        for (int row = first_fetched; row < std::min(first_fetched + 2, image.height()); ++row)
+            for (int u = 0; u < image.width(); u += line)
+                hwy::Prefetch(image.row(row) + u);
+        halve(image.row(2 * v), image.row(2 * v + 1), first.width(), first.row(v));
+    }
+    for (std::size_t l = 1; l < levels_.size(); ++l) {
+        const GreyImage &from = levels_[l - 1];
+        GreyImage &to = levels_[l];
+        const int rows = strip_rows() >> l;
+        for (int v = strip * rows; v < end_of(to, rows); ++v)
+            halve(from.row(2 * v), from.row(2 * v + 1), to.width(), to.row(v));
     }
 }
 
