@@ -237,13 +237,13 @@ bool DirectAlignment::refine(const AlignmentTemplate &reference, const Pyramid &
         float &scale = fit.scale;
         Relaxation relaxation;
         for (int i = 0; i < options_.iterations_per_level; ++i) {
-            const Pyramid *seen = &image;
+            const Pyramid *to_look_up = &image;
             if (i == 0 && !scale_known) {
-                sum_up(reference, seen, level, found, first_scale, Wanted::scale, sums);
+                sum_up(reference, to_look_up, level, found, first_scale, Wanted::scale, sums);
                 scale = sums.scale();
-                seen = nullptr;
+                to_look_up = nullptr;
             }
-            sum_up(reference, seen, level, found, scale, i == 0 ? Wanted::all : Wanted::error,
+            sum_up(reference, to_look_up, level, found, scale, i == 0 ? Wanted::all : Wanted::error,
                    sums);
             if (sums.visible < std::min(options_.least_points, all / 2) || sums.visible < 12)
                 return false; // nothing to hold on to

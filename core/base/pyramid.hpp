@@ -20,6 +20,7 @@ public:
 
     /// `image` has the size given to the constructor.
     void build(LumaView image);
+    /// The same, shared by the workers.
     void build(LumaView image, WorkerPool &pool);
 
     /// Number of halvings; level() takes 1..levels().
