@@ -257,7 +257,7 @@ TEST_CASE(
     CHECK(estimate.expected_mre > expected); // steps add up, and so does their error
 }
 
-TEST_CASE("the keyframe estimate is identical for any number of workers", "[core][tsan]") {
+TEST_CASE("the keyframe estimate is identical for any number of workers", "[core]") {
     const auto run = [](int workers) {
         Viewer viewer(room(), {}, workers);
         std::vector<unsigned char> bits;
