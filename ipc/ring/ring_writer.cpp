@@ -123,6 +123,8 @@ ImageView<const std::uint8_t> RingWriter::unknown_confidences(DepthView depth, i
 
 afterglow_frame RingWriter::publish(const Estimate &estimate, LumaView luma, afterglow_frame frame,
                                     WorkerPool *workers) {
+    assert(estimate.depth.height() == depth_.height && luma.height() == images_.height);
+    assert(estimate.confidence.empty() || estimate.confidence.same_size(estimate.depth));
     if (Pair *offered = offered_.exchange(nullptr, std::memory_order_acq_rel); offered != nullptr)
         switch_to(*offered);
     RingMemory &depth = pair_->depth;

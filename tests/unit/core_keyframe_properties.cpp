@@ -7,7 +7,6 @@
 #include "tests/film.hpp"
 
 #include <cmath>
-#include <cstring>
 
 using namespace afterglow;
 using namespace afterglow::testing;
@@ -255,34 +254,6 @@ TEST_CASE(
     CHECK(apart.angle() < 0.01);
     CHECK(compare_depth(estimate.depth, lit.depth.back()).mre < 1.0);
     CHECK(estimate.expected_mre > expected); // steps add up, and so does their error
-}
-
-TEST_CASE("the keyframe estimate is identical for any number of workers", "[core]") {
-    const auto run = [](int workers) {
-        Viewer viewer(room(), {}, workers);
-        std::vector<unsigned char> bits;
-        const auto note = [&](const Estimate &e) {
-            const auto add = [&](const void *data, std::size_t size) {
-                const auto *bytes = static_cast<const unsigned char *>(data);
-                bits.insert(bits.end(), bytes, bytes + size);
-            };
-            add(e.depth.data(), sizeof(std::uint16_t) * 320 * 240);
-            add(e.confidence.data(), 320 * 240);
-            add(e.pose.R.data(), sizeof e.pose.R);
-            add(e.pose.T.data(), sizeof e.pose.T);
-            add(&e.expected_mre, sizeof e.expected_mre);
-            add(&e.coverage, sizeof e.coverage);
-        };
-        for (int k = 0; k < frames; ++k) {
-            note(viewer.track(k));
-            if (k % 4 == 0)
-                note(viewer.measure(k));
-        }
-        return bits;
-    };
-    const auto alone = run(1);
-    CHECK(run(2) == alone);
-    CHECK(run(5) == alone);
 }
 
 TEST_CASE("the keyframe pipeline allocates nothing per frame", "[core]") {

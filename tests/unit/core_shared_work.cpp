@@ -1,32 +1,40 @@
 // SPDX-License-Identifier: Apache-2.0
 //
-// ThreadSanitizer looks at all that workers share of a frame.
-#include "core/keyframe/keyframe_pipeline.hpp"
-#include "drivers/simulated/synthetic/truth.hpp"
+// A file of its own, so that ThreadSanitizer sees what workers share of a frame.
 #include "tests/catch.hpp"
+#include "tests/film.hpp"
 
-#include <algorithm>
-#include <cstdint>
 #include <vector>
 
 using namespace afterglow;
+using namespace afterglow::testing;
 
-TEST_CASE("workers that share all frames of a pipeline make the same maps", "[core][tsan]") {
-    SyntheticTruth room({.width = 320, .height = 240, .fps = 30, .seed = 1});
-    const auto maps_by = [&](int workers) {
-        WorkerPool pool(workers);
-        KeyframePipeline pipeline(KeyframeOptions{}, room.intrinsics(), pool);
-        std::vector<DepthMap> maps;
-        for (std::uint64_t k = 0; k < 6; ++k) {
-            const Estimate &e =
-                pipeline.track(room.luma(k), static_cast<std::int64_t>(k + 1) * 33'333'333);
-            DepthMap &map = maps.emplace_back(e.depth.width(), e.depth.height());
-            for (int v = 0; v < map.height(); ++v)
-                std::copy_n(e.depth.row(v), map.width(), map.row(v));
-            if (k % 3 == 0)
-                pipeline.measure(room.depth(k));
+TEST_CASE("the keyframe estimate is identical for any number of workers", "[core][tsan]") {
+    constexpr int frames = 9;
+    const Film film = film_room(320, 240, frames, 2);
+    const auto run = [&](int workers) {
+        Viewer viewer(film, {}, workers);
+        std::vector<unsigned char> bits;
+        const auto note = [&](const Estimate &e) {
+            const auto add = [&](const void *data, std::size_t size) {
+                const auto *bytes = static_cast<const unsigned char *>(data);
+                bits.insert(bits.end(), bytes, bytes + size);
+            };
+            add(e.depth.data(), sizeof(std::uint16_t) * 320 * 240);
+            add(e.confidence.data(), 320 * 240);
+            add(e.pose.R.data(), sizeof e.pose.R);
+            add(e.pose.T.data(), sizeof e.pose.T);
+            add(&e.expected_mre, sizeof e.expected_mre);
+            add(&e.coverage, sizeof e.coverage);
+        };
+        for (int k = 0; k < frames; ++k) {
+            note(viewer.track(k));
+            if (k % 4 == 0)
+                note(viewer.measure(k));
         }
-        return maps;
+        return bits;
     };
-    CHECK(maps_by(3) == maps_by(1));
+    const auto alone = run(1);
+    CHECK(run(2) == alone);
+    CHECK(run(5) == alone);
 }
