@@ -123,7 +123,7 @@ ImageView<const std::uint8_t> RingWriter::unknown_confidences(DepthView depth, i
 
 afterglow_frame RingWriter::publish(const Estimate &estimate, LumaView luma, afterglow_frame frame,
                                     WorkerPool *workers) {
-    assert(estimate.depth.height() == depth_.height && luma.height() == images_.height);
+    assert(estimate.depth.height() == depth_.height);
     assert(estimate.confidence.empty() || estimate.confidence.same_size(estimate.depth));
     if (Pair *offered = offered_.exchange(nullptr, std::memory_order_acq_rel); offered != nullptr)
         switch_to(*offered);
@@ -161,6 +161,7 @@ afterglow_frame RingWriter::publish(const Estimate &estimate, LumaView luma, aft
     if (with_image) {
         if (!images_written_)
             images.begin_at(frame.index);
+        assert(luma.height() == images_.height);
         images.begin_frame(frame.index);
         share_rows(luma.height(), [&](int first, int end) {
             images.store_plane(frame.index, 0, luma.rows(first, end), first);
