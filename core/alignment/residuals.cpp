@@ -99,7 +99,7 @@ HWY_INLINE void look_up(const TemplatePoints &points, int first, GreyView image,
     const auto in_front = hn::Gt(order(d, depth), order(d, set(nearest_m)));
     const auto seen = hn::RebindMask(d, hn::And(hn::And(exists, in_front), hn::And(in_u, in_v)));
     const auto at_u = hn::IfThenElseZero(seen, u), at_v = hn::IfThenElseZero(seen, v);
-    const auto iu = hn::ConvertTo(di, at_u), iv = hn::ConvertTo(di, at_v);
+    const auto iu = truncated(di, at_u), iv = truncated(di, at_v);
     const auto fu = hn::Sub(at_u, hn::ConvertTo(d, iu));
     const auto fv = hn::Sub(at_v, hn::ConvertTo(d, iv));
     const auto offset = hn::Add(hn::Mul(iv, hn::Set(di, image.stride())), iu);
@@ -161,7 +161,7 @@ void residuals_of(const TemplatePoints &points, int first, int end, const float 
         const auto root = hn::Mul(robust, per_s);
         const auto weight = hn::Mul(root, root);
         const auto bin =
-            hn::ConvertTo(di, hn::Min(hn::Mul(r, set(1.0f / Residuals::bin_width)), most_bins));
+            truncated(di, hn::Min(hn::Mul(r, set(1.0f / Residuals::bin_width)), most_bins));
         hn::StoreU(error, d, out.error.data() + i);
         hn::StoreU(hn::IfThenElseZero(seen, weight), d, out.weight.data() + i);
         hn::StoreU(hn::IfThenElse(is_seen, bin, hn::Set(di, Residuals::bins)), di,

@@ -69,8 +69,8 @@ void project(const ComparedPoints &points, const Eigen::Matrix3f &R, const Eigen
         const auto inside = hn::And(in_front, hn::And(in_u, in_v));
         const auto shown = hn::RebindMask(d, inside);
         const auto at_u = hn::IfThenElseZero(shown, u), at_v = hn::IfThenElseZero(shown, v);
-        const auto iu = hn::ConvertTo(di, hn::Add(at_u, half));
-        const auto iv = hn::ConvertTo(di, hn::Add(at_v, half));
+        const auto iu = truncated(di, hn::Add(at_u, half));
+        const auto iv = truncated(di, hn::Add(at_v, half));
         const auto offset = hn::Add(hn::Mul(iv, hn::Set(di, stride)), iu);
         hn::Store(hn::IfThenElse(inside, offset, hn::Set(di, -1)), di, &seen.offset[at]);
         hn::Store(hn::IfThenElseZero(shown, X), d, &seen.rotated[0][at]);
@@ -141,8 +141,8 @@ void compare(const ComparedPoints &points, const DepthSurface &to, const Intrins
         const auto robust = hn::Div(width2, hn::Add(hn::Mul(n, n), width2));
         const auto root = hn::Mul(robust, per_sigma);
         hn::Store(hn::IfThenElseZero(shown, hn::Mul(root, root)), d, &out.weight[at]);
-        const auto bin = hn::ConvertTo(
-            di, hn::Min(hn::Mul(n, set(1.0f / DepthComparisons::bin_width)), most_bins));
+        const auto bin =
+            truncated(di, hn::Min(hn::Mul(n, set(1.0f / DepthComparisons::bin_width)), most_bins));
         hn::Store(
             hn::IfThenElse(hn::RebindMask(di, shown), bin, hn::Set(di, DepthComparisons::bins)), di,
             &out.bin[at]);

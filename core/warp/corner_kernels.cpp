@@ -129,7 +129,7 @@ HWY_API V depths_near(D d, const CornerSearch &search, const Pixels<V> &at, M wa
     const auto there = hn::And(wanted, hn::And(within(at.u, right), within(at.v, bottom)));
     const auto nearest = [&](V place, float end) HWY_ATTR {
         const auto inside = hn::Min(hn::Max(place, hn::Zero(d)), hn::Set(d, end));
-        return hn::IfThenElseZero(there, hn::ConvertTo(di, hn::Add(inside, hn::Set(d, 0.5f))));
+        return hn::IfThenElseZero(there, truncated(di, hn::Add(inside, hn::Set(d, 0.5f))));
     };
     const auto x = nearest(at.u, right), y = nearest(at.v, bottom);
     const auto at_row = [&](auto row) HWY_ATTR {

@@ -80,7 +80,7 @@ public:
         const hn::RebindToSigned<D> di;
         const hn::Rebind<std::uint8_t, D> d8;
         const hn::Rebind<std::int16_t, D> d16;
-        const auto displaced = hn::ConvertTo(di, hn::Mul(inverse_depth, hn::Set(d, displacement_)));
+        const auto displaced = truncated(di, hn::Mul(inverse_depth, hn::Set(d, displacement_)));
         hn::Store(reading, hn::Rebind<std::uint16_t, D>(), readings_ + i * lanes);
         hn::Store(hn::DemoteTo(d8, edge), d8, edges_ + i * lanes);
         hn::Store(hn::DemoteTo(d16, displaced), d16, displacements_ + i * lanes);
@@ -222,8 +222,8 @@ private:
         const D d;
         const hn::RebindToSigned<D> di;
         const auto first_of_two = [&](auto place, int size) HWY_ATTR {
-            const auto at = hn::ConvertTo(di, place);
-            return hn::Min(hn::Max(at, hn::Zero(di)), hn::Set(di, size - 2));
+            const auto last = hn::Set(d, static_cast<float>(size - 2));
+            return truncated(di, hn::Min(hn::Max(place, hn::Zero(d)), last));
         };
         for (int i = 0; i < nodes.vectors(); ++i) {
             auto u = nodes.at(&TilePlaces::u, i), v = nodes.at(&TilePlaces::v, i);

@@ -65,8 +65,9 @@ template <class D, class V>
 HWY_API V inverse_depth_near(D d, ImageView<const float> z, V u, V v, float missing) {
     const hn::RebindToSigned<D> di;
     const auto nearest = [&](V place, int size) HWY_ATTR {
-        const auto at = hn::ConvertTo(di, hn::Add(place, hn::Set(d, 0.5f)));
-        return hn::Min(hn::Max(at, hn::Zero(di)), hn::Set(di, size - 1));
+        const auto at = hn::Add(place, hn::Set(d, 0.5f));
+        const auto last = hn::Set(d, static_cast<float>(size - 1));
+        return truncated(di, hn::Min(hn::Max(at, hn::Zero(d)), last));
     };
     const auto x = nearest(u, z.width()), y = nearest(v, z.height());
     const auto point = gather(d, z.data(), hn::Add(hn::Mul(y, hn::Set(di, z.stride())), x));
@@ -99,8 +100,8 @@ HWY_API V point_near(D d, ImageView<const float> z, V u, V v, hn::Vec<hn::Rebind
     const hn::RebindToSigned<D> di;
     const hn::RebindToUnsigned<D> du;
     const auto half = hn::Set(d, 0.5f);
-    x = hn::ConvertTo(di, hn::Add(u, half));
-    y = hn::ConvertTo(di, hn::Add(v, half));
+    x = truncated(di, hn::Add(u, half));
+    y = truncated(di, hn::Add(v, half));
     const auto inside = [&](auto place, int end) HWY_ATTR {
         return hn::RebindMask(
             di, hn::Lt(hn::BitCast(du, place), hn::Set(du, static_cast<std::uint32_t>(end))));
@@ -117,7 +118,7 @@ HWY_API auto reading_of(D d, V depth, V scale, V shift, M there) {
     const hn::RebindToSigned<D> di;
     const auto exact = hn::Add(hn::Mul(depth, scale), hn::Add(shift, hn::Set(d, 0.5f)));
     return hn::DemoteTo(hn::Rebind<std::uint16_t, D>(),
-                        hn::IfThenElseZero(there, hn::ConvertTo(di, exact)));
+                        hn::IfThenElseZero(there, truncated(di, exact)));
 }
 
 } // namespace

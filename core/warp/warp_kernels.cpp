@@ -140,8 +140,8 @@ void project(const PointRow &points, const RowProjection &projection, const RowM
             hn::And(in_depth, hn::And(below_limit(x, limits.width), below_limit(y, limits.height)));
         const auto carried = hn::Gt(edge, hn::Set(di, limits.least_edge_distance - 1));
         const auto lands = hn::And(carried, hn::RebindMask(di, in_view));
-        const auto column = hn::ConvertTo(di, hn::IfThenElseZero(hn::RebindMask(d, lands), x));
-        const auto row = hn::ConvertTo(di, hn::IfThenElseZero(hn::RebindMask(d, lands), y));
+        const auto column = truncated(di, hn::IfThenElseZero(hn::RebindMask(d, lands), x));
+        const auto row = truncated(di, hn::IfThenElseZero(hn::RebindMask(d, lands), y));
 
         const auto to_centre = [&](auto pixel, auto place) HWY_ATTR {
             return hn::Sub(hn::ConvertTo(d, pixel), hn::Sub(place, half));
@@ -152,7 +152,7 @@ void project(const PointRow &points, const RowProjection &projection, const RowM
         const auto moved =
             hn::Add(depth, rise(d, edge, around, depth, to_centre(column, x), to_centre(row, y)));
         const auto units =
-            hn::ConvertTo(di, hn::Add(hn::Mul(moved, hn::Set(d, warped_units_per_m)), half));
+            truncated(di, hn::Add(hn::Mul(moved, hn::Set(d, warped_units_per_m)), half));
         const auto value = hn::Or(hn::ShiftLeft<warped_depth_shift>(units), edge);
         hn::StoreU(hn::IfThenElse(lands, value, hn::Set(di, nothing_landed)), di, values + i);
         hn::StoreU(hn::Add(hn::Mul(row, hn::Set(di, limits.stride)), column), di, offsets + i);
@@ -198,7 +198,7 @@ int readings(const WarpedRow &row, std::uint16_t *HWY_RESTRICT millimetres,
         const auto factor = hn::Add(hn::Set(d, unit_mm * in.relative),
                                     hn::Mul(hn::Set(d, unit_mm * in.step), ramp(d, i)));
         const auto units = hn::ConvertTo(d, hn::ShiftRight<warped_depth_shift>(pixel));
-        const auto whole = hn::ConvertTo(di, hn::Add(hn::Mul(units, factor), hn::Set(d, 0.5f)));
+        const auto whole = truncated(di, hn::Add(hn::Mul(units, factor), hn::Set(d, 0.5f)));
         const auto edge = hn::And(pixel, hn::Set(di, warped_edge_mask));
         hn::StoreU(hn::DemoteTo(d16, whole), d16, millimetres + i);
         hn::StoreU(hn::DemoteTo(d8, edge), d8, edges + i);
@@ -256,7 +256,7 @@ void tile_ranges(const PieceRow &pieces, const PieceProjection &projection,
             const auto from_before = hn::Add(hn::Mul(place, set(1.0f / mapped_tile_px)), set(1.0f));
             const auto inside =
                 hn::Min(hn::Max(from_before, set(0)), set(static_cast<float>(count + 1)));
-            return hn::Sub(hn::ConvertTo(di, inside), hn::Set(di, 1));
+            return hn::Sub(truncated(di, inside), hn::Set(di, 1));
         };
         const auto first = [&](V place, int count) HWY_ATTR {
             const auto reached = hn::IfThenElseZero(all, hn::Sub(place, set(by.margin)));
