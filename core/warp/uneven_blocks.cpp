@@ -143,18 +143,29 @@ HWY_INLINE void look_up(D d, const MappedTile &tile, ImageView<const float> z,
     }
 }
 
-/// Draws the uneven blocks of a column; returns how many pixels have depth.
+/// Which rows of blocks, by bits, have an uneven one among those from the x-th on.
+template <int blocks>
+int uneven_rows(ImageView<const std::uint8_t> even, int x) {
+    int rows = 0;
+    for (int y = 0; y < blocks_across; ++y) {
+        const std::uint8_t *const row = even.row(y) + x;
+        rows |= static_cast<int>(std::count(row, row + blocks, 0) > 0) << y;
+    }
+    return rows;
+}
+
+/// Draws those rows of blocks in a column that are uneven; returns how many pixels have depth.
 template <bool searched>
 HWY_NOINLINE int draw_column(const MappedTile &tile, const TilePlaces &places,
-                             ImageView<const float> z, int least_edge_distance,
-                             ImageView<const std::uint8_t> even, int x, const DrawnTile &to) {
+                             ImageView<const float> z, int least_edge_distance, int uneven, int x,
+                             const DrawnTile &to) {
     const hn::CappedTag<float, block_px * block_px> d;
     using Columns = DrawnColumns<decltype(hn::CappedTag<float, block_px * block_px>())>;
     int found = 0;
     for (int column = x * block_px; column < (x + 1) * block_px; column += Columns::columns) {
         Columns pixels(places, column, to);
         for (int y = 0; y < blocks_across; ++y)
-            if (even(x, y) == 0) {
+            if ((uneven >> y & 1) != 0) {
                 pixels.go_to(y * block_px);
                 look_up<searched>(d, tile, z, least_edge_distance, pixels);
             }
@@ -163,18 +174,14 @@ HWY_NOINLINE int draw_column(const MappedTile &tile, const TilePlaces &places,
     return found;
 }
 
-bool any_uneven(ImageView<const std::uint8_t> even, int x) {
-    return even(x, 0) == 0 || even(x, 1) == 0 || even(x, 2) == 0 || even(x, 3) == 0;
-}
-
 template <bool searched>
 int draw_columns(const MappedTile &tile, ImageView<const float> z, int least_edge_distance,
                  ImageView<const std::uint8_t> even, const DrawnTile &to) {
     const TilePlaces places(tile);
     int found = 0;
     for (int x = 0; x < blocks_across; ++x)
-        if (any_uneven(even, x))
-            found += draw_column<searched>(tile, places, z, least_edge_distance, even, x, to);
+        if (const int uneven = uneven_rows<1>(even, x); uneven != 0)
+            found += draw_column<searched>(tile, places, z, least_edge_distance, uneven, x, to);
     return found;
 }
 
@@ -196,51 +203,66 @@ bool shows_rows(const MappedTile &tile, ImageView<const float> z) {
     });
 }
 
-/// Loads the points of a vector's rows, each from its own place.
-template <class D>
-HWY_INLINE hn::Vec<D> load_rows(D d, const float *points, const std::int32_t *places) {
-#if HWY_TARGET != HWY_SCALAR // which has no vectors to combine
-    if constexpr (InBlock<D>::rows > 1) {
-        const hn::Half<D> half;
-        return hn::Combine(d, load_rows(half, points, places + InBlock<D>::rows / 2),
-                           load_rows(half, points, places));
-    }
-#endif
-    return hn::LoadU(d, points + places[0]);
-}
+/// Where the points of a block's pixels begin, by row of the tile, from the place of the row's
+/// middle.
+struct RowPlaces {
+    HWY_ALIGN std::int32_t first[mapped_tile_px];
 
-/// Draws the uneven blocks of such a tile. The points of the four pixels of a row are taken to be
-/// beside each other, so that they are loaded at once, and have their own depths.
-int draw_rows(const MappedTile &tile, ImageView<const float> z, int least_edge_distance,
-              ImageView<const std::uint8_t> even, const DrawnTile &to) {
-    const hn::CappedTag<float, block_px * block_px> d;
-    using Shape = InBlock<decltype(hn::CappedTag<float, block_px * block_px>())>;
-    const hn::RebindToSigned<decltype(d)> di;
-    const hn::Rebind<std::uint8_t, decltype(d)> d8;
-    const TilePlaces places(tile);
-    const auto least_edge = hn::Set(di, least_edge_distance - 1);
-    const auto half = hn::Set(d, 0.5f), one = hn::Set(d, 1);
-    const auto rows = hn::Load(d, columns_and_rows.y);
-    auto found = hn::Zero(di);
-    for (int x = 0; x < blocks_across; ++x) {
-        if (!any_uneven(even, x))
-            continue;
-        // Where the points of a row's pixels begin, from the place of their middle.
-        HWY_ALIGN std::int32_t first[mapped_tile_px];
-        const float left = static_cast<float>(x * block_px), middle = left + 0.5f * (block_px - 1);
-        for (int row = 0; row < mapped_tile_px; row += Shape::lanes) {
+    void find(const TilePlaces &places, int x, int stride) {
+        const hn::CappedTag<float, mapped_tile_px> d;
+        const hn::RebindToSigned<decltype(hn::CappedTag<float, mapped_tile_px>())> di;
+        const float middle = static_cast<float>(x * block_px) + 0.5f * (block_px - 1);
+        for (int row = 0; row < mapped_tile_px; row += static_cast<int>(hn::MaxLanes(d))) {
             const auto y = hn::Load(d, whole_numbers.data() + row);
             const auto at = [&](const BetweenCorners &value) HWY_ATTR {
                 return hn::Add(hn::Set(d, value.at + middle * value.across),
                                hn::Mul(y, hn::Set(d, value.down + middle * value.twist)));
             };
-            const auto u = hn::ConvertTo(di, hn::Sub(at(places.u), one));
-            const auto v = hn::ConvertTo(di, hn::Add(at(places.v), half));
-            hn::Store(hn::Add(hn::Mul(v, hn::Set(di, z.stride())), u), di, first + row);
+            const auto u = truncated(di, hn::Sub(at(places.u), hn::Set(d, 1)));
+            const auto v = truncated(di, hn::Add(at(places.v), hn::Set(d, 0.5f)));
+            hn::Store(hn::Add(hn::Mul(v, hn::Set(di, stride)), u), di, first + row);
         }
-        for (int part = 0; part < block_px; part += Shape::columns) {
-            const auto columns = hn::Add(hn::Load(d, columns_and_rows.x),
-                                         hn::Set(d, left + static_cast<float>(part)));
+    }
+};
+
+/// Loads the points of a row of several blocks, each from its own place.
+template <class D>
+HWY_INLINE hn::Vec<D> load_row(D d, const float *points, const RowPlaces *blocks, int row) {
+#if HWY_TARGET != HWY_SCALAR // which has no vectors to combine
+    constexpr int lanes = static_cast<int>(hn::MaxLanes(D()));
+    if constexpr (lanes > block_px) {
+        const hn::Half<D> half;
+        return hn::Combine(d, load_row(half, points, blocks + lanes / block_px / 2, row),
+                           load_row(half, points, blocks, row));
+    }
+#endif
+    return hn::LoadU(d, points + blocks->first[row]);
+}
+
+/// Draws the uneven blocks of such a tile. The points of the four pixels of a row are taken to be
+/// beside each other, so that they are loaded at once, and have their own depths. Even blocks
+/// between uneven ones keep what is drawn there.
+int draw_rows(const MappedTile &tile, ImageView<const float> z, int least_edge_distance,
+              ImageView<const std::uint8_t> even, const DrawnTile &to) {
+    const hn::CappedTag<float, mapped_tile_px> d;
+    using D = decltype(hn::CappedTag<float, mapped_tile_px>());
+    const hn::RebindToSigned<D> di;
+    const hn::Rebind<std::uint16_t, D> d16;
+    const hn::Rebind<std::uint8_t, D> d8;
+    constexpr int lanes = static_cast<int>(hn::MaxLanes(D()));
+    constexpr int blocks = std::max(lanes / block_px, 1); // beside each other, at once
+    const TilePlaces places(tile);
+    const auto least_edge = hn::Set(di, least_edge_distance - 1);
+    auto found = hn::Zero(di);
+    RowPlaces first[blocks];
+    for (int x = 0; x < blocks_across; x += blocks) {
+        const int uneven = uneven_rows<blocks>(even, x);
+        if (uneven == 0)
+            continue;
+        for (int i = 0; i < blocks; ++i)
+            first[i].find(places, x + i, z.stride());
+        for (int left = x * block_px; left < (x + blocks) * block_px; left += lanes) {
+            const auto columns = ramp(d, left);
             const auto top = [&](const BetweenCorners &value) HWY_ATTR {
                 return hn::Add(hn::Set(d, value.at), hn::Mul(columns, hn::Set(d, value.across)));
             };
@@ -250,19 +272,30 @@ int draw_rows(const MappedTile &tile, ImageView<const float> z, int least_edge_d
             const auto scale = top(places.scale), scale_step = step(places.scale);
             const auto shift = top(places.shift), shift_step = step(places.shift);
             for (int y = 0; y < blocks_across; ++y) {
-                if (even(x, y) != 0)
+                if ((uneven >> y & 1) == 0)
                     continue;
-                for (int row = y * block_px; row < (y + 1) * block_px; row += Shape::rows) {
-                    const auto of_row = hn::Set(d, static_cast<float>(row));
-                    const auto down = Shape::rows == 1 ? of_row : hn::Add(of_row, rows);
-                    const auto point = load_rows(d, z.data() + part, first + row);
+                const int first_row = y * block_px, end_row = first_row + block_px;
+                std::uint16_t *millimetres = to.millimetres.row(first_row) + left;
+                std::uint8_t *edges = to.edge_distance.row(first_row) + left;
+                for (int row = first_row; row < end_row; ++row) {
+                    const auto down = hn::Set(d, static_cast<float>(row));
+                    const auto point = load_row(d, z.data() + left % block_px, first, row);
                     const auto edge = edge_of(d, point);
-                    const auto there = hn::Gt(edge, least_edge);
-                    store(d,
-                          reading_of(d, point, hn::Add(scale, hn::Mul(down, scale_step)),
-                                     hn::Add(shift, hn::Mul(down, shift_step)), there),
-                          hn::DemoteTo(d8, hn::IfThenElseZero(there, edge)), to, row,
-                          x * block_px + part);
+                    auto there = hn::Gt(edge, least_edge);
+                    if constexpr (blocks > 1) // in even blocks, alone, something is drawn
+                        there = hn::And(
+                            there, hn::Eq(hn::PromoteTo(di, hn::LoadU(d8, edges)), hn::Zero(di)));
+                    auto reading = reading_of(d, point, hn::Add(scale, hn::Mul(down, scale_step)),
+                                              hn::Add(shift, hn::Mul(down, shift_step)), there);
+                    auto distance = hn::DemoteTo(d8, hn::IfThenElseZero(there, edge));
+                    if constexpr (blocks > 1) {
+                        reading = hn::Or(reading, hn::LoadU(d16, millimetres));
+                        distance = hn::Or(distance, hn::LoadU(d8, edges));
+                    }
+                    hn::StoreU(reading, d16, millimetres);
+                    hn::StoreU(distance, d8, edges);
+                    millimetres += to.millimetres.stride();
+                    edges += to.edge_distance.stride();
                     found = hn::Sub(found, hn::VecFromMask(di, there));
                 }
             }
