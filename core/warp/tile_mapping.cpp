@@ -42,7 +42,8 @@ TileMapping::TileMapping(const Intrinsics &from, const Intrinsics &to,
       landing_rows_(static_cast<std::size_t>(landing_.height())),
       mixed_rows_(static_cast<std::size_t>(rows())),
       corners_(columns() + 1, corner_values * (rows() + 1)), nearest_(columns(), rows()),
-      farthest_(nearest_), parallax_px_(nearest_), mapped_(columns(), rows()) {}
+      farthest_(nearest_), parallax_px_(nearest_), whole_(columns() + 2, rows() + 2),
+      holed_(whole_), mapped_(columns(), rows()) {}
 
 TileMapping::CornerRow TileMapping::corner_row(int y) {
     const auto value = [&](int i) { return corners_.row(y * corner_values + i); };
@@ -113,6 +114,7 @@ void TileMapping::find_ranges(const Mapping &by, float margin_px, int row,
 /// Tells what may be seen on the tiles of a row, if they can be mapped.
 void TileMapping::find_contents(int y) {
     float *const nearest = nearest_.row(y), *const farthest = farthest_.row(y);
+    float *const whole = whole_.row(y + 1) + 1, *const holed = holed_.row(y + 1) + 1;
     const SurfacePart *const seen = shares_.first().seen.row(y);
     for (int x = 0; x < columns(); ++x) {
         nearest[x] = seen[x].nearest();
@@ -125,6 +127,7 @@ void TileMapping::find_contents(int y) {
     for (int x = 0; x < columns(); ++x) {
         Tile &tile = tiles_(x, y);
         tile = {};
+        whole[x] = holed[x] = 0;
         if (farthest[x] == 0.0f)
             continue;
         const bool in_view = (x + 1) * tile_px <= to_.width && (y + 1) * tile_px <= to_.height;
@@ -134,6 +137,8 @@ void TileMapping::find_contents(int y) {
         tile.content = in_view && (parallax_px[x] < most_displacement_px_ || tile.one_surface)
                            ? TileContent::mapped
                            : TileContent::mixed;
+        if (tile.one_surface)
+            (tile.holes ? holed : whole)[x] = nearest[x];
     }
 }
 
@@ -269,28 +274,24 @@ bool TileMapping::shows_its_points(int x, int y, const CornerRows &rows,
     return true;
 }
 
-/// The nearest depth on a tile by which a corner is found, among those that it is a corner of: the
-/// first that shows one surface, without holes if there is one. 0: there is none.
-float TileMapping::depth_beside_corner(int x, int y) const {
-    float found = 0;
-    for (int tile_y = std::max(y - 1, 0); tile_y <= std::min(y, rows() - 1); ++tile_y)
-        for (int tile_x = std::max(x - 1, 0); tile_x <= std::min(x, columns() - 1); ++tile_x) {
-            const Tile &tile = tiles_(tile_x, tile_y);
-            if (!tile.one_surface)
-                continue;
-            if (!tile.holes)
-                return nearest_(tile_x, tile_y);
-            if (found == 0.0f)
-                found = nearest_(tile_x, tile_y);
-        }
-    return found;
+/// Tells by which depths the corners in a row are found: for each the nearest depth on the first of
+/// its tiles that shows one surface, without holes if there is one. 0: there is none.
+void TileMapping::find_first_depths(int y, float *depths) const {
+    const float *const whole_above = whole_.row(y), *const whole_below = whole_.row(y + 1);
+    const float *const holed_above = holed_.row(y), *const holed_below = holed_.row(y + 1);
+    const auto first_of = [](float first, float second) { return first != 0.0f ? first : second; };
+    for (int x = 0; x <= columns(); ++x) { // the compiler makes vector code of it
+        const auto beside = [&](const float *above, const float *below) {
+            return first_of(first_of(above[x], above[x + 1]), first_of(below[x], below[x + 1]));
+        };
+        depths[x] = first_of(beside(whole_above, whole_below), beside(holed_above, holed_below));
+    }
 }
 
 /// Finds the corners in a row that are shared by tiles, beginning with the nearest point of one.
 void TileMapping::find_shared_corners(const Mapping &by, int y) {
     const CornerRow row = corner_row(y);
-    for (int x = 0; x <= columns(); ++x)
-        row.first[x] = depth_beside_corner(x, y);
+    find_first_depths(y, row.first);
     const SurfaceOptions &options = by.surface.options();
     find_corners({by.surface.z(), by.surface.pieces(), options.nearest_m, options.farthest_m},
                  row.rays, row.first, row.millimetres, columns() + 1, row.shared);

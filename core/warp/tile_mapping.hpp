@@ -138,7 +138,7 @@ private:
     static bool may_interpolate(const Tile &tile, const DepthSurface &surface);
     bool shows_its_points(int x, int y, const CornerRows &corners,
                           const DepthSurface &surface) const;
-    float depth_beside_corner(int x, int y) const;
+    void find_first_depths(int y, float *depths) const;
     static std::optional<MappedCorner> corner_at(const CornerRow &row, int x, float z,
                                                  const SurfaceOptions &options);
     bool is_in_picture(const MappedCorner &corner) const;
@@ -156,6 +156,9 @@ private:
     Image<float> corners_;            ///< of tiles: CornerRow's arrays, row by row
     Image<float> nearest_, farthest_; ///< SurfacePart's, of each tile, metres
     Image<float> parallax_px_;        ///< between these, as find_parallax() tells it
+    /// The same nearest depths, with a margin of one tile: of tiles that show one surface without
+    /// holes, and with holes; 0 elsewhere.
+    Image<float> whole_, holed_;
     Image<MappedTile> mapped_;
 };
 
