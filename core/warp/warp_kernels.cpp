@@ -276,27 +276,36 @@ void tile_ranges(const PieceRow &pieces, const PieceProjection &projection,
 void add_parts(const SurfacePart *parts, std::span<const TileRange> ranges,
                ImageView<SurfacePart> tiles) {
     const hn::CappedTag<std::uint32_t, SurfacePart::values> d;
-    constexpr std::size_t lanes = hn::MaxLanes(d), vectors = SurfacePart::values / lanes;
-    hn::Vec<decltype(d)> seen[vectors];
-    const auto add = [&](const SurfacePart &part) HWY_ATTR {
-        for (std::size_t i = 0; i < vectors; ++i)
-            seen[i] = hn::Max(seen[i], hn::Load(d, part.most().data() + i * lanes));
-    };
-    const TileRange *range = ranges.data(), *const end = range + ranges.size();
-    for (; range != end; ++range, ++parts) {
-        if (range->left > range->right || range->top > range->bottom)
+    constexpr std::size_t lanes = hn::MaxLanes(d);
+    for (std::size_t at = 0; at < ranges.size(); ++at) {
+        const TileRange &range = ranges[at];
+        SurfacePart part = parts[at];
+        if (range.left > range.right || range.top > range.bottom)
             continue;
-        std::ranges::fill(seen, hn::Zero(d));
-        add(*parts);
-        for (; range + 1 != end && range[1] == *range; ++range) // on the same tiles
-            add(*++parts);
-        SurfacePart *row = tiles.row(range->top);
-        for (int y = range->top; y <= range->bottom; ++y, row += tiles.stride())
-            for (SurfacePart *tile = row + range->left; tile <= row + range->right; ++tile)
-                for (std::size_t i = 0; i < vectors; ++i) {
-                    std::uint32_t *const most = tile->most().data() + i * lanes;
-                    hn::Store(hn::Max(seen[i], hn::Load(d, most)), d, most);
-                }
+        if (range.right - range.left > 1 || range.bottom - range.top > 1) {
+            for (; at + 1 < ranges.size() && ranges[at + 1] == range; ++at) // maybe all of them
+                part.add(parts[at + 1]);
+            for (int y = range.top; y <= range.bottom; ++y)
+                for (int x = range.left; x <= range.right; ++x)
+                    tiles(x, y).add(part);
+            continue;
+        }
+        // At most four tiles, of which some may be the same one.
+        SurfacePart *const above = tiles.row(range.top), *const below = tiles.row(range.bottom);
+        std::uint32_t *const a = above[range.left].most().data();
+        std::uint32_t *const b = above[range.right].most().data();
+        std::uint32_t *const c = below[range.left].most().data();
+        std::uint32_t *const e = below[range.right].most().data();
+        for (std::size_t i = 0; i < SurfacePart::values; i += lanes) {
+            const auto seen = hn::Load(d, part.most().data() + i);
+            const auto with = [&](const std::uint32_t *most)
+                                  HWY_ATTR { return hn::Max(seen, hn::Load(d, most + i)); };
+            const auto to_a = with(a), to_b = with(b), to_c = with(c), to_e = with(e);
+            hn::Store(to_a, d, a + i);
+            hn::Store(to_b, d, b + i);
+            hn::Store(to_c, d, c + i);
+            hn::Store(to_e, d, e + i);
+        }
     }
 }
 
