@@ -85,18 +85,18 @@ public:
         hn::Store(hn::DemoteTo(d8, edge), d8, edges_ + i * lanes);
         hn::Store(hn::DemoteTo(d16, displaced), d16, displacements_ + i * lanes);
     }
-    void copy_to(const BlockNodes &nodes) const {
-        copy(readings_, nodes.millimetres);
-        copy(edges_, nodes.edge_distance);
-        copy(displacements_, nodes.displacement);
+    void copy_to(const BlockNodes &nodes, bool beyond) const {
+        copy(readings_, nodes.millimetres, beyond);
+        copy(edges_, nodes.edge_distance, beyond);
+        copy(displacements_, nodes.displacement, beyond);
     }
 
 private:
     template <class T>
-    static void copy(const T *from, const ImageView<T> &to) {
+    static void copy(const T *from, const ImageView<T> &to, bool beyond) {
         for (int y = 0; y < blocks_across; ++y)
             std::memcpy(to.row(y), from + y * blocks_across, blocks_across * sizeof(T));
-        for (int i = own_nodes; i < all_nodes; ++i)
+        for (int i = own_nodes; beyond && i < all_nodes; ++i)
             if (const Node at = node(i); to.contains(at.x, at.y))
                 to(at.x, at.y) = from[i];
     }
@@ -287,7 +287,7 @@ void look_up(const MappedTile &tile, const ImageView<const float> &z, int least_
         ParallaxNodes<true>(tile, z).see(least_edge_distance, nodes);
     else
         ParallaxNodes<false>(tile, z).see(least_edge_distance, nodes);
-    nodes.copy_to(to);
+    nodes.copy_to(to, beyond);
 }
 
 } // namespace
