@@ -34,47 +34,34 @@ constexpr struct {
 } columns_and_rows;
 static_assert(block_px == 4);
 
-/// Columns and rows of a block that a vector of floats holds.
-template <class D>
-struct InBlock {
-    static constexpr int lanes = static_cast<int>(hn::MaxLanes(D()));
-    static constexpr int columns = std::min(lanes, block_px), rows = lanes / columns;
-};
+/// A value at some columns of a tile's first row, and the step to the next row.
+template <class V>
+struct InColumns {
+    V top, step;
 
-/// Stores what the pixels of a vector show, the first of which is in a row and column of a tile.
-template <class D, class V16, class V8>
-HWY_INLINE void store(D /*tag*/, V16 readings, V8 edges, const DrawnTile &to, int row, int column) {
-    using Shape = InBlock<D>;
-    const hn::Rebind<std::uint16_t, D> d16;
-    const hn::Rebind<std::uint8_t, D> d8;
-    if constexpr (Shape::rows == 1) {
-        hn::StoreU(readings, d16, to.millimetres.row(row) + column);
-        hn::StoreU(edges, d8, to.edge_distance.row(row) + column);
-    } else {
-        HWY_ALIGN std::uint16_t readings_of_rows[Shape::rows][Shape::columns];
-        HWY_ALIGN std::uint8_t edges_of_rows[Shape::rows][Shape::columns];
-        hn::Store(readings, d16, readings_of_rows[0]);
-        hn::Store(edges, d8, edges_of_rows[0]);
-        for (int k = 0; k < Shape::rows; ++k) {
-            std::memcpy(to.millimetres.row(row + k) + column, readings_of_rows[k],
-                        sizeof readings_of_rows[k]);
-            std::memcpy(to.edge_distance.row(row + k) + column, edges_of_rows[k],
-                        sizeof edges_of_rows[k]);
-        }
+    InColumns(const BetweenCorners &value, V columns) {
+        const hn::DFromV<V> d;
+        step = hn::Add(hn::Set(d, value.down), hn::Mul(columns, hn::Set(d, value.twist)));
+        top = hn::Add(hn::Set(d, value.at), hn::Mul(columns, hn::Set(d, value.across)));
     }
-}
+    HWY_INLINE V in_row(V row) const { return hn::Add(top, hn::Mul(row, step)); }
+    HWY_INLINE V in_row(int row) const {
+        return in_row(hn::Set(hn::DFromV<V>(), static_cast<float>(row)));
+    }
+};
 
 /// Draws pixels of a tile in columns: as many as a block has, or as a vector has lanes if that is
 /// fewer. One vector holds pixels of one or several rows.
 template <class D>
 class DrawnColumns {
 public:
-    static constexpr int columns = InBlock<D>::columns, rows = InBlock<D>::rows;
+    static constexpr int lanes = static_cast<int>(hn::MaxLanes(D()));
+    static constexpr int columns = std::min(lanes, block_px), rows = lanes / columns;
 
     DrawnColumns(const TilePlaces &places, int first, const DrawnTile &to)
-        : u_(places.u, first), v_(places.v, first), scale_(places.scale, first),
-          shift_(places.shift, first), to_(to), first_(first),
-          found_(hn::Zero(hn::RebindToSigned<D>())) {}
+        : u_(value(places.u, first)), v_(value(places.v, first)),
+          scale_(value(places.scale, first)), shift_(value(places.shift, first)), to_(to),
+          first_(first), found_(hn::Zero(hn::RebindToSigned<D>())) {}
 
     static constexpr int vectors() { return block_px / rows; }
     /// at() and put() are about the block whose first row is this row of the tile.
@@ -84,34 +71,48 @@ public:
                              : of == &TilePlaces::v     ? v_
                              : of == &TilePlaces::scale ? scale_
                                                         : shift_;
-        const auto row = hn::Set(D(), static_cast<float>(row_ + i * rows));
-        return hn::Add(value.top, hn::Mul(row, value.step));
+        return value.in_row(row_ + i * rows);
     }
     template <class V16, class VI>
     HWY_INLINE void put(int i, V16 reading, VI edge) {
         const hn::RebindToSigned<D> di;
         found_ = hn::Sub(found_, hn::VecFromMask(di, hn::Gt(edge, hn::Zero(di))));
-        store(D(), reading, hn::DemoteTo(hn::Rebind<std::uint8_t, D>(), edge), to_, row_ + i * rows,
-              first_);
+        store(reading, hn::DemoteTo(hn::Rebind<std::uint8_t, D>(), edge), row_ + i * rows);
     }
     int found() const { return hn::GetLane(hn::SumOfLanes(hn::RebindToSigned<D>(), found_)); }
 
 private:
-    /// A value at the lanes of a vector that begins on the tile's first row, and the step to the
-    /// next row.
-    struct Value {
-        hn::Vec<D> top, step;
-
-        Value(const BetweenCorners &value, int first) {
-            const D d;
-            const auto column =
-                hn::Add(hn::Load(d, columns_and_rows.x), hn::Set(d, static_cast<float>(first)));
-            step = hn::Add(hn::Set(d, value.down), hn::Mul(column, hn::Set(d, value.twist)));
-            top = hn::Add(hn::Set(d, value.at), hn::Mul(column, hn::Set(d, value.across)));
-            if constexpr (rows > 1)
-                top = hn::Add(top, hn::Mul(hn::Load(d, columns_and_rows.y), step));
+    /// At the lanes of a vector that begins on the tile's first row.
+    using Value = InColumns<hn::Vec<D>>;
+    static Value value(const BetweenCorners &of, int first) {
+        const D d;
+        Value value(
+            of, hn::Add(hn::Load(d, columns_and_rows.x), hn::Set(d, static_cast<float>(first))));
+        if constexpr (rows > 1)
+            value.top = value.in_row(hn::Load(d, columns_and_rows.y));
+        return value;
+    }
+    template <class V16, class V8>
+    HWY_INLINE void store(V16 readings, V8 edges, int row) const {
+        const hn::Rebind<std::uint16_t, D> d16;
+        const hn::Rebind<std::uint8_t, D> d8;
+        if constexpr (rows == 1) {
+            hn::StoreU(readings, d16, to_.millimetres.row(row) + first_);
+            hn::StoreU(edges, d8, to_.edge_distance.row(row) + first_);
+        } else {
+            HWY_ALIGN std::uint16_t readings_of_rows[rows][columns];
+            HWY_ALIGN std::uint8_t edges_of_rows[rows][columns];
+            hn::Store(readings, d16, readings_of_rows[0]);
+            hn::Store(edges, d8, edges_of_rows[0]);
+            for (int k = 0; k < rows; ++k) {
+                std::memcpy(to_.millimetres.row(row + k) + first_, readings_of_rows[k],
+                            sizeof readings_of_rows[k]);
+                std::memcpy(to_.edge_distance.row(row + k) + first_, edges_of_rows[k],
+                            sizeof edges_of_rows[k]);
+            }
         }
-    };
+    }
+
     Value u_, v_, scale_, shift_;
     DrawnTile to_;
     int first_, row_ = 0;
@@ -263,14 +264,7 @@ int draw_rows(const MappedTile &tile, ImageView<const float> z, int least_edge_d
             first[i].find(places, x + i, z.stride());
         for (int left = x * block_px; left < (x + blocks) * block_px; left += lanes) {
             const auto columns = ramp(d, left);
-            const auto top = [&](const BetweenCorners &value) HWY_ATTR {
-                return hn::Add(hn::Set(d, value.at), hn::Mul(columns, hn::Set(d, value.across)));
-            };
-            const auto step = [&](const BetweenCorners &value) HWY_ATTR {
-                return hn::Add(hn::Set(d, value.down), hn::Mul(columns, hn::Set(d, value.twist)));
-            };
-            const auto scale = top(places.scale), scale_step = step(places.scale);
-            const auto shift = top(places.shift), shift_step = step(places.shift);
+            const InColumns scale(places.scale, columns), shift(places.shift, columns);
             for (int y = 0; y < blocks_across; ++y) {
                 if ((uneven >> y & 1) == 0)
                     continue;
@@ -278,15 +272,14 @@ int draw_rows(const MappedTile &tile, ImageView<const float> z, int least_edge_d
                 std::uint16_t *millimetres = to.millimetres.row(first_row) + left;
                 std::uint8_t *edges = to.edge_distance.row(first_row) + left;
                 for (int row = first_row; row < end_row; ++row) {
-                    const auto down = hn::Set(d, static_cast<float>(row));
                     const auto point = load_row(d, z.data() + left % block_px, first, row);
                     const auto edge = edge_of(d, point);
                     auto there = hn::Gt(edge, least_edge);
                     if constexpr (blocks > 1) // in even blocks, alone, something is drawn
                         there = hn::And(
                             there, hn::Eq(hn::PromoteTo(di, hn::LoadU(d8, edges)), hn::Zero(di)));
-                    auto reading = reading_of(d, point, hn::Add(scale, hn::Mul(down, scale_step)),
-                                              hn::Add(shift, hn::Mul(down, shift_step)), there);
+                    auto reading =
+                        reading_of(d, point, scale.in_row(row), shift.in_row(row), there);
                     auto distance = hn::DemoteTo(d8, hn::IfThenElseZero(there, edge));
                     if constexpr (blocks > 1) {
                         reading = hn::Or(reading, hn::LoadU(d16, millimetres));
