@@ -279,15 +279,16 @@ void add_parts(const SurfacePart *parts, std::span<const TileRange> ranges,
     constexpr std::size_t lanes = hn::MaxLanes(d);
     for (std::size_t at = 0; at < ranges.size(); ++at) {
         const TileRange &range = ranges[at];
-        SurfacePart part = parts[at];
+        const SurfacePart &part = parts[at];
         if (range.left > range.right || range.top > range.bottom)
             continue;
         if (range.right - range.left > 1 || range.bottom - range.top > 1) {
+            SurfacePart seen = part;
             for (; at + 1 < ranges.size() && ranges[at + 1] == range; ++at) // maybe all of them
-                part.add(parts[at + 1]);
+                seen.add(parts[at + 1]);
             for (int y = range.top; y <= range.bottom; ++y)
                 for (int x = range.left; x <= range.right; ++x)
-                    tiles(x, y).add(part);
+                    tiles(x, y).add(seen);
             continue;
         }
         // At most four tiles, of which some may be the same one.
