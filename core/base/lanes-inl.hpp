@@ -96,9 +96,9 @@ template <class D>
     return hn::Add(hn::LoadU(d, whole_numbers.data()), hn::Set(d, static_cast<float>(first)));
 }
 
-/// Floats rounded towards zero, as integers. Which integers stand for floats beyond them, and for
-/// NaN, depends on the target: hn::ConvertTo() makes these the nearest ones, which takes four
-/// instructions more on x86.
+/// Floats rounded towards zero, as 32-bit integers. A float that no such integer is near, and NaN,
+/// give a number that depends on the target, so callers limit the floats before or leave such lanes
+/// out. hn::ConvertTo() gives the nearest integer, which takes four instructions more on x86.
 template <class DI>
 [[maybe_unused]] HWY_API hn::Vec<DI> truncated(DI di, hn::Vec<hn::RebindToFloat<DI>> values) {
 #if HWY_ARCH_X86 && HWY_TARGET != HWY_SCALAR && HWY_TARGET != HWY_EMU128

@@ -274,8 +274,9 @@ bool TileMapping::shows_its_points(int x, int y, const CornerRows &rows,
     return true;
 }
 
-/// Tells by which depths the corners in a row are found: for each the nearest depth on the first of
-/// its tiles that shows one surface, without holes if there is one. 0: there is none.
+/// The depths, metres, with which the search for the corners of row y begins: for each corner the
+/// nearest depth of the first of its four tiles that shows one surface without holes; if none does,
+/// of the first that shows one with holes; 0 if none does that either.
 void TileMapping::find_first_depths(int y, float *depths) const {
     const float *const whole_above = whole_.row(y), *const whole_below = whole_.row(y + 1);
     const float *const holed_above = holed_.row(y), *const holed_below = holed_.row(y + 1);

@@ -156,8 +156,8 @@ private:
     Image<float> corners_;            ///< of tiles: CornerRow's arrays, row by row
     Image<float> nearest_, farthest_; ///< SurfacePart's, of each tile, metres
     Image<float> parallax_px_;        ///< between these, as find_parallax() tells it
-    /// The same nearest depths, with a margin of one tile: of tiles that show one surface without
-    /// holes, and with holes; 0 elsewhere.
+    /// Nearest depths, metres, of tiles that show one surface, without holes and with holes; 0 for
+    /// all other tiles, and for one more tile on each side of the view.
     Image<float> whole_, holed_;
     Image<MappedTile> mapped_;
 };

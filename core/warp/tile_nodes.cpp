@@ -80,11 +80,13 @@ public:
         const hn::RebindToSigned<D> di;
         const hn::Rebind<std::uint8_t, D> d8;
         const hn::Rebind<std::int16_t, D> d16;
+        // Of a hole it may be any number: no block beside it is even.
         const auto displaced = truncated(di, hn::Mul(inverse_depth, hn::Set(d, displacement_)));
         hn::Store(reading, hn::Rebind<std::uint16_t, D>(), readings_ + i * lanes);
         hn::Store(hn::DemoteTo(d8, edge), d8, edges_ + i * lanes);
         hn::Store(hn::DemoteTo(d16, displaced), d16, displacements_ + i * lanes);
     }
+    /// `beyond`: there are nodes for the blocks at the right or below, too.
     void copy_to(const BlockNodes &nodes, bool beyond) const {
         copy(readings_, nodes.millimetres, beyond);
         copy(edges_, nodes.edge_distance, beyond);

@@ -144,7 +144,7 @@ HWY_INLINE void look_up(D d, const MappedTile &tile, ImageView<const float> z,
     }
 }
 
-/// Which rows of blocks, by bits, have an uneven one among those from the x-th on.
+/// Bit y is 1 where row y has an uneven block among `blocks` blocks, from column x on.
 template <int blocks>
 int uneven_rows(ImageView<const std::uint8_t> even, int x) {
     int rows = 0;
@@ -155,7 +155,8 @@ int uneven_rows(ImageView<const std::uint8_t> even, int x) {
     return rows;
 }
 
-/// Draws those rows of blocks in a column that are uneven; returns how many pixels have depth.
+/// Draws the uneven blocks of column x, those of uneven_rows<1>(); returns how many pixels have
+/// depth.
 template <bool searched>
 HWY_NOINLINE int draw_column(const MappedTile &tile, const TilePlaces &places,
                              ImageView<const float> z, int least_edge_distance, int uneven, int x,
@@ -275,7 +276,7 @@ int draw_rows(const MappedTile &tile, ImageView<const float> z, int least_edge_d
                     const auto point = load_row(d, z.data() + left % block_px, first, row);
                     const auto edge = edge_of(d, point);
                     auto there = hn::Gt(edge, least_edge);
-                    if constexpr (blocks > 1) // in even blocks, alone, something is drawn
+                    if constexpr (blocks > 1) // even blocks, which have edge distances, stay
                         there = hn::And(
                             there, hn::Eq(hn::PromoteTo(di, hn::LoadU(d8, edges)), hn::Zero(di)));
                     auto reading =

@@ -15,9 +15,10 @@ namespace afterglow {
 /// four pixels of a row show four points of a row, so that none is farther from its place than a
 /// pixel. Points nearer to an edge than `least_edge_distance` are left out.
 ///
-/// Writes readings, millimetres, and edge distances, pixels, both 0 = none, where both are 0
-/// before; edge distances in even blocks are not. The images begin at the tile's first pixel,
-/// `even` at its first block. Returns how many of these pixels have depth. Real-time safe.
+/// Writes readings, millimetres, and edge distances, pixels, both 0 = none. Before the call both
+/// have to be 0 in uneven blocks, and edge distances not 0 in even blocks, as
+/// BlockGrid::draw_even() leaves them. The images begin at the tile's first pixel, `even` at its
+/// first block. Returns how many pixels of uneven blocks have depth. Real-time safe.
 int draw_uneven_blocks(const MappedTile &tile, const ImageView<const float> &z,
                        int least_edge_distance, const ImageView<const std::uint8_t> &even,
                        const ImageView<std::uint16_t> &millimetres,

@@ -284,7 +284,8 @@ void add_parts(const SurfacePart *parts, std::span<const TileRange> ranges,
             continue;
         if (range.right - range.left > 1 || range.bottom - range.top > 1) {
             SurfacePart seen = part;
-            for (; at + 1 < ranges.size() && ranges[at + 1] == range; ++at) // maybe all of them
+            // All pieces of a row that are partly behind the camera may be seen on all tiles.
+            for (; at + 1 < ranges.size() && ranges[at + 1] == range; ++at)
                 seen.add(parts[at + 1]);
             for (int y = range.top; y <= range.bottom; ++y)
                 for (int x = range.left; x <= range.right; ++x)

@@ -316,6 +316,36 @@ TEST_CASE("a mapped tile whose points are searched for shows those that are seen
     CHECK(compared.uneven > 1000);
 }
 
+TEST_CASE(
+    "a mapped tile whose pixels are 10^12 pixels away from the surface's picture shows nothing") {
+    AFTERGLOW_ON_EACH_INSTRUCTION_SET();
+    std::mt19937 random(11);
+    const Image<float> surface(width, height, with_edge_distance(2.0f, far_from_edge));
+    for (const bool one_surface : {true, false})
+        for (const bool searched : {true, false})
+            for (const float away : {-1e12f, 1e12f}) {
+                if (one_surface && searched)
+                    continue;
+                MappedTile tile;
+                tile.one_surface = one_surface;
+                tile.searched = searched;
+                tile.inverse_depth = 0.5f;
+                tile.farthest_inverse_depth = 0.3f;
+                tile.parallax_u = tile.parallax_v = 3;
+                for (const bool across : {true, false}) {
+                    place_corners(tile, across ? away : 20, across ? 16 : away, 1, random);
+                    for (MappedCorner &corner : tile.corners)
+                        corner.z = 2;
+                    const DrawnTile drawn(tile, surface, 1);
+                    CAPTURE(one_surface, searched, away, across);
+                    CHECK(drawn.found == 0);
+                    for (int y = 0; y < size; ++y)
+                        for (int x = 0; x < size; ++x)
+                            REQUIRE((drawn.reading(x, y) == 0 && drawn.edge(x, y) == 0));
+                }
+            }
+}
+
 TEST_CASE("a block of a tile whose corners are of two surfaces is not drawn between them") {
     AFTERGLOW_ON_EACH_INSTRUCTION_SET();
     Image<float> surface(width, height);
