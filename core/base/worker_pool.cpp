@@ -3,14 +3,9 @@
 
 #include <algorithm>
 #include <cassert>
-#include <chrono>
 
 namespace afterglow {
 namespace {
-
-/// How long threads look for a change before they sleep. Between two jobs for one image there is
-/// less, and to wake a thread takes about as long.
-constexpr std::chrono::microseconds patience(100);
 
 /// The core's other thread goes first.
 void pause() {
@@ -23,7 +18,7 @@ void pause() {
 
 /// Returns when `changed`, or when patience is over.
 template <class Changed>
-void look_for(const Changed &changed) {
+void look_for(std::chrono::microseconds patience, const Changed &changed) {
     constexpr int looks = 32; // for each at the clock
     const auto end = std::chrono::steady_clock::now() + patience;
     do {
@@ -46,7 +41,8 @@ int part_of(std::uint64_t next) {
 
 } // namespace
 
-WorkerPool::WorkerPool(int workers) : parts_(static_cast<std::size_t>(std::max(workers, 1))) {
+WorkerPool::WorkerPool(int workers, std::chrono::microseconds patience)
+    : patience_(patience), parts_(static_cast<std::size_t>(std::max(workers, 1))) {
     for (int worker = 1; worker < workers; ++worker)
         threads_.emplace_back([this, worker] { work(worker); });
 }
@@ -74,7 +70,7 @@ void WorkerPool::run_erased(int parts, Erased call, const void *context) {
     jobs_.fetch_add(1, std::memory_order_release);
     jobs_.notify_all();
     take_parts(0);
-    look_for([this] { return unfinished_.load(std::memory_order_relaxed) == 0; });
+    look_for(patience_, [this] { return unfinished_.load(std::memory_order_relaxed) == 0; });
     for (int left; (left = unfinished_.load(std::memory_order_acquire)) != 0;)
         unfinished_.wait(left, std::memory_order_acquire);
 }
@@ -116,7 +112,7 @@ void WorkerPool::work(int worker) {
         if (stopping_.load(std::memory_order_relaxed))
             return;
         take_parts(worker);
-        look_for([&] {
+        look_for(patience_, [&] {
             return jobs_.load(std::memory_order_relaxed) != seen ||
                    resting_.load(std::memory_order_relaxed);
         });

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <thread>
 #include <type_traits>
@@ -25,7 +26,12 @@ class WorkerPool {
 public:
     static constexpr int most_parts = 0xffff;
 
-    explicit WorkerPool(int workers);
+    /// Between two jobs for one image there is less time than this, and to wake a thread takes
+    /// about as long.
+    static constexpr std::chrono::microseconds usual_patience{100};
+
+    /// `patience`: how long threads look for the next job before they sleep.
+    explicit WorkerPool(int workers, std::chrono::microseconds patience = usual_patience);
     ~WorkerPool();
     WorkerPool(const WorkerPool &) = delete;
     WorkerPool &operator=(const WorkerPool &) = delete;
@@ -72,6 +78,7 @@ private:
     void take_parts(int worker);
     void work(int worker);
 
+    std::chrono::microseconds patience_;
     Erased call_ = nullptr;         ///< written while no part is unfinished
     const void *context_ = nullptr; ///< the same
     /// A thread's own parts: the job's number (32 bits), the end of them (16), the next to be taken
