@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ipc/ring/stream_message.hpp"
 
+#include "core/base/passed_fds.hpp"
+
 #include <linux/sockios.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
@@ -32,20 +34,13 @@ bool send_frame(int socket, std::uint64_t index) {
 
 bool send_memory(int socket, const ReaderFds &memory, std::uint64_t generation) {
     const int fds[] = {memory.depth.get(), memory.images.get()};
-    const std::size_t bytes = (memory.images ? 2 : 1) * sizeof(int);
-    alignas(cmsghdr) char control[CMSG_SPACE(sizeof fds)] = {};
+    PassedFds<2> passed;
     afterglow_message message = message_of(AFTERGLOW_MESSAGE_MEMORY, generation);
     iovec content = {&message, sizeof message};
     msghdr header = {};
     header.msg_iov = &content;
     header.msg_iovlen = 1;
-    header.msg_control = control;
-    header.msg_controllen = CMSG_SPACE(bytes);
-    cmsghdr *rights = CMSG_FIRSTHDR(&header);
-    rights->cmsg_level = SOL_SOCKET;
-    rights->cmsg_type = SCM_RIGHTS;
-    rights->cmsg_len = CMSG_LEN(bytes);
-    std::memcpy(CMSG_DATA(rights), fds, bytes);
+    passed.attach(header, std::span(fds).first(memory.images ? 2 : 1));
     return ::sendmsg(socket, &header, flags) == sizeof message;
 }
 

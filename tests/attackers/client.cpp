@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "core/base/passed_fds.hpp"
 #include "tests/attackers/attack.hpp"
 
 #include <sys/mman.h>
@@ -54,13 +55,12 @@ UniqueFd open_stream(const std::string &from) {
 
 bool receive(int socket, afterglow_message &message, std::vector<Memory> &memories) {
     memories.clear();
-    alignas(cmsghdr) char control[CMSG_SPACE(8 * sizeof(int))];
+    PassedFds<8> passed;
     iovec data = {&message, sizeof message};
     msghdr header = {};
     header.msg_iov = &data;
     header.msg_iovlen = 1;
-    header.msg_control = control;
-    header.msg_controllen = sizeof control;
+    passed.make_room(header);
     message = {};
     ssize_t got = 0;
     do
@@ -68,25 +68,18 @@ bool receive(int socket, afterglow_message &message, std::vector<Memory> &memori
     while (got < 0 && errno == EINTR);
     if (got <= 0)
         return false;
-    for (cmsghdr *part = CMSG_FIRSTHDR(&header); part; part = CMSG_NXTHDR(&header, part)) {
-        if (part->cmsg_level != SOL_SOCKET || part->cmsg_type != SCM_RIGHTS)
-            continue;
-        const std::size_t count = (part->cmsg_len - CMSG_LEN(0)) / sizeof(int);
-        for (std::size_t i = 0; i < count; ++i) {
-            Memory memory;
-            int fd = -1;
-            std::memcpy(&fd, CMSG_DATA(part) + i * sizeof fd, sizeof fd);
-            memory.fd = UniqueFd(fd);
-            struct stat info = {};
-            ::fstat(fd, &info);
-            memory.bytes = static_cast<std::size_t>(info.st_size);
-            void *const at = ::mmap(nullptr, memory.bytes, PROT_READ, MAP_SHARED, fd, 0);
-            if (at == MAP_FAILED)
-                give_up("mmap");
-            memory.at = static_cast<const std::uint8_t *>(at);
-            memories.push_back(std::move(memory));
-        }
-    }
+    passed.take(header, [&](UniqueFd fd) {
+        struct stat info = {};
+        ::fstat(fd.get(), &info);
+        Memory memory;
+        memory.bytes = static_cast<std::size_t>(info.st_size);
+        void *const at = ::mmap(nullptr, memory.bytes, PROT_READ, MAP_SHARED, fd.get(), 0);
+        if (at == MAP_FAILED)
+            give_up("mmap");
+        memory.at = static_cast<const std::uint8_t *>(at);
+        memory.fd = std::move(fd);
+        memories.push_back(std::move(memory));
+    });
     return true;
 }
 

@@ -3,6 +3,7 @@
 // libafterglow with a hostile daemon: memory that contradicts itself and changes between calls,
 // and datagrams of any kind. The input says what the daemon does and what the program asks for.
 #include "afterglow/afterglow.h"
+#include "core/base/passed_fds.hpp"
 #include "tests/fuzz/hostile_ring.hpp"
 #include "tests/fuzz/input.hpp"
 
@@ -13,6 +14,7 @@
 #include <memory>
 #include <vector>
 
+using afterglow::PassedFds;
 using afterglow::UniqueFd;
 
 namespace {
@@ -93,19 +95,11 @@ private:
         unsigned char content[sizeof message + 8] = {};
         std::memcpy(content, &message, sizeof message);
         iovec data = {content, bytes};
-        alignas(cmsghdr) char control[CMSG_SPACE(4 * sizeof(int))] = {};
+        PassedFds<4> passed;
         msghdr header = {};
         header.msg_iov = &data;
         header.msg_iovlen = 1;
-        if (!fds.empty()) {
-            header.msg_control = control;
-            header.msg_controllen = CMSG_SPACE(fds.size_bytes());
-            cmsghdr *rights = CMSG_FIRSTHDR(&header);
-            rights->cmsg_level = SOL_SOCKET;
-            rights->cmsg_type = SCM_RIGHTS;
-            rights->cmsg_len = CMSG_LEN(fds.size_bytes());
-            std::memcpy(CMSG_DATA(rights), fds.data(), fds.size_bytes());
-        }
+        passed.attach(header, fds);
         static_cast<void>(sendmsg(ours_.get(), &header, MSG_DONTWAIT | MSG_NOSIGNAL));
     }
 

@@ -4,6 +4,7 @@
 // place, and another one in the main thread's.
 #include "afterglow/afterglow.h"
 
+#include "core/base/passed_fds.hpp"
 #include "ipc/ring/ring_writer.hpp"
 #include "ipc/ring/stream_notifier.hpp"
 #include "tools/bench/ipc/transport.hpp"
@@ -21,36 +22,29 @@ namespace {
 Status send_descriptor(int socket, int descriptor) {
     char byte = 0;
     iovec data = {&byte, 1};
-    alignas(cmsghdr) char control[CMSG_SPACE(sizeof(int))] = {};
+    PassedFds<1> passed;
     msghdr message = {};
     message.msg_iov = &data;
     message.msg_iovlen = 1;
-    message.msg_control = control;
-    message.msg_controllen = sizeof control;
-    cmsghdr *header = CMSG_FIRSTHDR(&message);
-    header->cmsg_level = SOL_SOCKET;
-    header->cmsg_type = SCM_RIGHTS;
-    header->cmsg_len = CMSG_LEN(sizeof(int));
-    *reinterpret_cast<int *>(CMSG_DATA(header)) = descriptor;
+    passed.attach(message, {&descriptor, 1});
     if (sendmsg(socket, &message, MSG_NOSIGNAL) != 1)
         return Error{"a stream could not be handed over", errno};
     return ok();
 }
 
-/// -1: none came.
-int receive_descriptor(int socket) {
+/// Holds nothing if none came.
+UniqueFd receive_descriptor(int socket) {
     char byte = 0;
     iovec data = {&byte, 1};
-    alignas(cmsghdr) char control[CMSG_SPACE(sizeof(int))] = {};
+    PassedFds<1> passed;
     msghdr message = {};
     message.msg_iov = &data;
     message.msg_iovlen = 1;
-    message.msg_control = control;
-    message.msg_controllen = sizeof control;
-    if (recvmsg(socket, &message, MSG_CMSG_CLOEXEC) != 1)
-        return -1;
-    const cmsghdr *header = CMSG_FIRSTHDR(&message);
-    return header != nullptr ? *reinterpret_cast<const int *>(CMSG_DATA(header)) : -1;
+    passed.make_room(message);
+    UniqueFd received;
+    if (recvmsg(socket, &message, MSG_CMSG_CLOEXEC) == 1)
+        passed.take(message, [&](UniqueFd fd) { received = std::move(fd); });
+    return received;
 }
 
 class RingPublisher : public Publisher {
@@ -104,10 +98,10 @@ private:
 
 Error receive(const Session &session, int reader, const OnFrame &on_frame) {
     const auto failed = [](int error) { return Error{afterglow_strerror(error), -error}; };
-    const int socket =
+    UniqueFd socket =
         receive_descriptor(session.sockets[static_cast<std::size_t>(reader)][1].get());
     afterglow_stream *stream = nullptr;
-    if (const int error = afterglow_open_fd(socket, &stream); error < 0)
+    if (const int error = afterglow_open_fd(socket.release(), &stream); error < 0)
         return failed(error);
     for (;;) {
         afterglow_view views[2] = {{AFTERGLOW_PLANE_DEPTH, 0, nullptr},
