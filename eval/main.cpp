@@ -70,7 +70,9 @@ public:
         add_report("ransac", "Effect of RANSAC (Table II)", {.ransac = true});
         add_report("power", "Power of the whole system (Table VI)", {.power = true});
         add_report("infill", "Give back depth that the TOF camera cannot see", {.infill = true});
-        add_report("report", "All of these in one report", Experiments::all());
+        add_report("report",
+                   "compare, tradeoff, runtime, ransac, power, infill and ablate in one report",
+                   Experiments::all());
         add<MergeArguments>("merge", "One report of many jobs' run --json", merge);
 #endif
         add<ImportArguments>("import", "Turn a published dataset into a recording", import);

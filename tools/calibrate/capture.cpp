@@ -209,7 +209,8 @@ CalibrateAction declare_capture(CLI::App &app) {
     app.add_option("-o,--output", arguments->output, "a new folder for what is recorded")
         ->required()
         ->type_name("FOLDER");
-    app.add_option("--board", arguments->board, "KIND:COLUMNSxROWS:SIDE_MM, as it was printed")
+    app.add_option("--board", arguments->board,
+                   "KIND:COLUMNSxROWS:SIDE_MM[:SHARE], as it was printed")
         ->capture_default_str()
         ->type_name("BOARD");
     app.add_option("--views", arguments->views, "how many to take at least")

@@ -74,8 +74,9 @@ Result<int> print_board(const PrintArguments &arguments) {
 CalibrateAction declare_print_board(CLI::App &app) {
     const auto arguments = std::make_shared<PrintArguments>();
     app.add_option("--board", arguments->board,
-                   "KIND:COLUMNSxROWS:SIDE_MM, for example chessboard:8x5:35 (squares), "
-                   "charuco:10x7:30 or aprilgrid:6x6:30 (tags)")
+                   "KIND:COLUMNSxROWS:SIDE_MM[:SHARE], for example chessboard:8x5:35 (squares), "
+                   "charuco:10x7:30 or aprilgrid:6x6:30 (tags); SHARE of the side: a marker of "
+                   "charuco (0.75), a gap of aprilgrid (0.3)")
         ->capture_default_str()
         ->type_name("BOARD");
     app.add_option("-o,--output", arguments->output, "an .svg file, at true scale, or a .png file")

@@ -90,9 +90,10 @@ struct Options {
 /// A stream of frames. For one thread at a time; moved, never copied. What is moved from can only
 /// be destroyed or assigned to.
 ///
-/// All functions throw std::system_error of stream_category() once the stream is over, with the
-/// errors of afterglow.h. With Options::reconnect they do not when the daemon goes: another
-/// info()->generation says that the next one has come.
+/// The constructor, from_fd(), wait() and what reads frames throw std::system_error of
+/// stream_category() with the errors of afterglow.h, also once the stream is over. With
+/// Options::reconnect they do not when the daemon goes: another info()->generation says that the
+/// next one has come.
 class Stream {
 public:
     explicit Stream(const Options &options = {}) {
