@@ -8,10 +8,6 @@
 namespace afterglow {
 namespace {
 
-bool has_size(const Intrinsics &camera, int width, int height) {
-    return width == camera.width && height == camera.height;
-}
-
 /// Adds the time of its life to `total`.
 class Stopwatch {
 public:
@@ -157,7 +153,7 @@ int FrameLoop::images_until(std::int64_t t_ns) const {
 
 bool FrameLoop::is_trusted(FrameResult &result) {
     const Intrinsics &camera = geometry_.rig.color.pinhole;
-    if (!has_size(camera, color_.luma.width(), color_.luma.height())) {
+    if (!camera.has_size(color_.luma.width(), color_.luma.height())) {
         result.problem = "the image has not the size of the camera's images";
         color_.luma = Luma(camera.width, camera.height);
     } else if (last_t_ns_ && color_.t_ns <= *last_t_ns_) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/calibration_state.hpp"
 
-#include <numbers>
+#include "core/base/degrees.hpp"
 
 namespace afterglow {
 
@@ -22,7 +22,7 @@ std::string_view to_string(CalibrationPart part) {
 CalibrationUnit calibration_unit(CalibrationPart part) {
     switch (part) {
     case CalibrationPart::rotation:
-        return {180 / std::numbers::pi, "degrees"};
+        return {degrees_per_radian, "degrees"};
     case CalibrationPart::translation:
         return {1e3, "mm"};
     case CalibrationPart::focal_length:

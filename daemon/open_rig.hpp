@@ -5,8 +5,6 @@
 #include "core/base/result.hpp"
 #include "drivers/source.hpp"
 
-#include <memory>
-
 namespace afterglow {
 
 /// Opens, and does not start, the devices that the configuration names. A real light is switched

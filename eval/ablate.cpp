@@ -184,13 +184,11 @@ Result<std::vector<Summary>> score_all(const AblateArguments &arguments,
 void AblateArguments::add_to(CLI::App &command) {
     command
         .add_option("datasets", datasets,
-                    "Folders in known layouts (docs/datasets.md), or the word synthetic")
+                    "Folders in known layouts (docs/datasets.md), or " + synthetic_words())
         ->required();
     tuning.add_to(command);
     footage.add_to(command);
-    command
-        .add_option("--workers", workers, "Threads that share the work; no result depends on it")
-        ->check(CLI::Range(1, 64));
+    add_workers_option(command, workers);
     auto *as_json = command.add_flag("--json", json, "Print one JSON array");
     command.add_flag("--markdown", markdown, "Print tables in Markdown")->excludes(as_json);
 }

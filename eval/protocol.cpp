@@ -169,9 +169,7 @@ void ProtocolArguments::add_to(CLI::App &command) {
     add_frame_options(command, frames, wake_latency);
     command.add_flag("--oracle,!--no-oracle", oracle,
                      "Score the same with the pose from the true depth, too");
-    command
-        .add_option("--workers", workers, "Threads that share the work; no result depends on it")
-        ->check(CLI::Range(1, 64));
+    add_workers_option(command, workers);
 }
 
 Status protocol(const ProtocolArguments &arguments) {
@@ -184,7 +182,7 @@ Status protocol(const ProtocolArguments &arguments) {
     Progress progress("", static_cast<double>(arguments.datasets.size()));
     double done = 0;
     for (const std::string &dataset : arguments.datasets) {
-        const bool synthetic = is_synthetic(dataset);
+        const bool synthetic = opens_synthetic_room(dataset);
         const std::vector<Showing> all = showings(arguments, synthetic);
         std::vector<Row> shifted;
         RatioMeans ratios;

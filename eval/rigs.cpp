@@ -146,9 +146,7 @@ void RigsArguments::add_to(CLI::App &command) {
         ->check(CLI::Range(std::int64_t{0}, std::int64_t{4294967295}));
     command.add_option("--motion", motion, "Speed of the cameras, relative; 0 = still")
         ->check(CLI::Range(0.0, 100.0));
-    command
-        .add_option("--workers", workers, "Threads that share the work; no result depends on it")
-        ->check(CLI::Range(1, 64));
+    add_workers_option(command, workers);
     command.add_option("--json", json, "Write an array with an object for each rig to this file");
 }
 

@@ -105,6 +105,13 @@ void add_frame_options(CLI::App &command, int &frames, int &wake_latency) {
         ->check(CLI::Range(0, 1000));
 }
 
+void add_workers_option(CLI::App &command, int &workers) {
+    command
+        .add_option("--workers", workers, "Threads that share the work; no result depends on it")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 64));
+}
+
 void FootageArguments::add_to(CLI::App &command) {
     command.add_option("--layout", layout, "Of the dataset, if it is not recognised")
         ->check(CLI::IsMember(layout_names()));
@@ -149,12 +156,12 @@ std::string synthetic_words() {
     return words;
 }
 
-bool is_synthetic(const std::string &dataset) {
+bool opens_synthetic_room(const std::string &dataset) {
     return synthetic_tof(dataset) && !std::filesystem::exists(dataset);
 }
 
 Result<Footage> FootageArguments::open(const std::string &dataset) const {
-    if (is_synthetic(dataset)) {
+    if (opens_synthetic_room(dataset)) {
         if (order != FrameOrder{})
             return Error{
                 "--skip, --every and --reverse are of recordings, not of the synthetic room",
@@ -199,9 +206,7 @@ void RunArguments::add_to(CLI::App &command) {
     tuning.add_to(command);
     footage.add_to(command);
     footage.add_rig_to(command);
-    command
-        .add_option("--workers", workers, "Threads that share the work; no result depends on it")
-        ->check(CLI::Range(1, 64));
+    add_workers_option(command, workers);
     command
         .add_option("--depth-interval", depth_interval_ms,
                     "Make a depth map once in so many ms, as for a reader with this interval; 0 = "

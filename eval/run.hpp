@@ -32,13 +32,15 @@ struct TuningArguments {
     Result<std::pair<EstimatorOptions, GatePolicy>> resolve() const;
 };
 
-/// What is_synthetic() takes, for a person.
+/// What opens_synthetic_room() takes, for a person.
 std::string synthetic_words();
 /// Stands for the synthetic room, and not for a folder of that name.
-bool is_synthetic(const std::string &dataset);
+bool opens_synthetic_room(const std::string &dataset);
 
 /// --frames and --wake-latency, which most commands take.
 void add_frame_options(CLI::App &command, int &frames, int &wake_latency);
+/// --workers
+void add_workers_option(CLI::App &command, int &workers);
 
 /// Which frames there are to score.
 struct FootageArguments {

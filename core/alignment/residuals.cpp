@@ -10,14 +10,13 @@
 #include <hwy/highway.h>
 
 // clang-format off: after Highway, once for each instruction set
+#include "core/base/camera.hpp"
 #include "core/base/lanes-inl.hpp"
 // clang-format on
 
 HWY_BEFORE_NAMESPACE();
 namespace afterglow::HWY_NAMESPACE {
 namespace {
-
-constexpr float nearest_m = 0.05f;
 
 using Lanes = hn::CappedTag<float, TemplatePoints::block>;
 
@@ -96,7 +95,7 @@ HWY_INLINE void look_up(const TemplatePoints &points, int first, GreyView image,
     const auto in_v = hn::And(hn::Gt(order(d, v), outside), before(v, image.height()));
     const auto exists =
         hn::Lt(order(d, ramp(d, first)), order(d, set(static_cast<float>(points.count))));
-    const auto in_front = hn::Gt(order(d, depth), order(d, set(nearest_m)));
+    const auto in_front = hn::Gt(order(d, depth), order(d, set(float{nearest_seen_m})));
     const auto seen = hn::RebindMask(d, hn::And(hn::And(exists, in_front), hn::And(in_u, in_v)));
     const auto at_u = hn::IfThenElseZero(seen, u), at_v = hn::IfThenElseZero(seen, v);
     const auto iu = truncated(di, at_u), iv = truncated(di, at_v);

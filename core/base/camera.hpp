@@ -5,12 +5,16 @@
 
 namespace afterglow {
 
+/// No camera is taken to see a point nearer than this, metres along its axis.
+inline constexpr double nearest_seen_m = 0.05;
+
 /// Pinhole camera, pixels. x right, y down, z forward. The paper's single f and principal-point
 /// coordinates (its Eq. 1) are the case fx = fy, cx = cy = 0. Real-time safe.
 struct Intrinsics {
     double fx = 0, fy = 0, cx = 0, cy = 0;
     int width = 0, height = 0;
 
+    bool has_size(int w, int h) const { return width == w && height == h; }
     /// The point, in metres, seen at pixel (u, v) at depth z metres along the axis (Eq. 1).
     Eigen::Vector3d back_project(double u, double v, double z) const {
         return {(u - cx) / fx * z, (v - cy) / fy * z, z};

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/calibration/calibration_watch.hpp"
 
+#include "core/base/degrees.hpp"
+
 #include <Eigen/Cholesky>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 
 namespace afterglow {
 namespace {
@@ -14,7 +15,6 @@ namespace {
 using namespace rig_error;
 using Matrix9 = Eigen::Matrix<double, 9, 9>;
 
-constexpr double degree = std::numbers::pi / 180;
 constexpr std::size_t remembered_views = 10; ///< measurements that are remembered
 constexpr int edges = 400;                   ///< of each, at most
 constexpr int least_edges = 50;
@@ -29,8 +29,8 @@ RigError sigma_of(double turned, double moved, double focal_share, double lag_s)
         lag_s, 0.5;
     return sigma;
 }
-const RigError wrong = sigma_of(2 * degree, 0.010, 0.03, 0.03);
-const RigError right = sigma_of(0.05 * degree, 0.001, 0.0015, 0.003);
+const RigError wrong = sigma_of(2 * radians_per_degree, 0.010, 0.03, 0.03);
+const RigError right = sigma_of(0.05 * radians_per_degree, 0.001, 0.0015, 0.003);
 /// Log of the odds, before looking, that one part is wrong.
 const double log_odds = std::log(0.05);
 /// A fit far from the calibration must be so much more like edges than the best one near it, and

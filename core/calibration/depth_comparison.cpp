@@ -19,7 +19,7 @@ namespace afterglow::HWY_NAMESPACE {
 namespace {
 
 constexpr int block_size = ComparedPoints::block;
-constexpr float nearest_seen_m = 0.1f;
+constexpr float nearest_compared_m = 0.1f;
 /// Points this near to an edge are not compared; the map's slope is found over as many pixels.
 constexpr int least_distance = 4;
 constexpr int reach = 3;
@@ -47,7 +47,7 @@ void project(const ComparedPoints &points, const Eigen::Matrix3f &R, const Eigen
     const auto least = order(d, set(reach));
     const auto most_u = order(d, set(static_cast<float>(camera.width - reach - 1)));
     const auto most_v = order(d, set(static_cast<float>(camera.height - reach - 1)));
-    const auto nearest = order(d, set(nearest_seen_m));
+    const auto nearest = order(d, set(nearest_compared_m));
     const auto one = set(1.0f), half = set(0.5f);
     for (int i = 0; i < block_size; i += static_cast<int>(hn::Lanes(d))) {
         const auto at = static_cast<std::size_t>(i);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/calibration/edge_view.hpp"
 
+#include "core/base/camera.hpp"
+
 #include <Eigen/Geometry>
 
 #include <algorithm>
@@ -10,10 +12,9 @@
 namespace afterglow {
 namespace {
 
-constexpr float noise = 3;      ///< grey values: a weaker step is no edge
-constexpr float strongest = 3;  ///< share; an edge counts for no more
-constexpr int surroundings = 5; ///< pixels to either side that an edge must surpass
-constexpr double nearest_m = 0.05;
+constexpr float noise = 3;          ///< grey values: a weaker step is no edge
+constexpr float strongest = 3;      ///< share; an edge counts for no more
+constexpr int surroundings = 5;     ///< pixels to either side that an edge must surpass
 constexpr double farthest_px = 1e6; ///< no camera moves so fast that an edge would go so far in 1 s
 
 /// The image's grey value between pixels; negative outside.
@@ -92,7 +93,7 @@ void EdgeView::take(std::span<const DepthEdge> edges, GreyView image, const Twis
     sensitivity_.setZero();
     for (const DepthEdge &edge : edges) {
         const Eigen::Vector3d X = edge.at.cast<double>(), beyond = edge.beyond.cast<double>();
-        if (!(X.z() > nearest_m && beyond.z() > nearest_m))
+        if (!(X.z() > nearest_seen_m && beyond.z() > nearest_seen_m))
             continue;
         const Eigen::Vector2d at = camera_.project(X), from_centre = at - centre(camera_);
         const Eigen::Vector2d n = (camera_.project(beyond) - at).normalized();
@@ -144,7 +145,7 @@ void EdgeView::look_across(Edge &edge) const {
     const Eigen::Vector3d X = edge.at.cast<double>();
     const Eigen::Vector3d moved =
         X + base_.segment<3>(displacement) + base_.segment<3>(turn).cross(X);
-    if (!(moved.z() > nearest_m))
+    if (!(moved.z() > nearest_seen_m))
         return;
     const Eigen::Vector2f along =
         static_cast<float>(edge.by_error[lag] * base_[lag] + base_[margin]) * edge.across;

@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/keyframe/keyframe.hpp"
 
+#include "core/base/camera.hpp"
+
 #include <algorithm>
 
 namespace afterglow {
 namespace {
-
-/// A camera does not see points nearer than this, metres.
-constexpr double nearest_seen_m = 0.05;
 
 /// Calls `of` with the pixel and the point of some of a surface's points.
 template <class Of>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/moving/motion_mask.hpp"
 
+#include "core/base/camera.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,8 +16,6 @@ constexpr int least_points = 10;
 constexpr float outlier_limit = 2.5f; // in deviations of the points that agree
 /// A point hidden by something nearer than this share of its depth tells nothing.
 constexpr float hidden_share = 0.95f;
-/// What is nearer to the tracking camera is not compared.
-constexpr double nearest_m = 0.05;
 /// The mean of a cell's middle (ImagePatch) differs by more than this from what is expected, grey
 /// values; multiplied by the keyframe's contrast.
 constexpr float unlike_mean = 50;
@@ -60,7 +60,7 @@ Eigen::Vector2i MotionMask::published_pixel(int u, int v, float depth) const {
         return {u, v};
     const Eigen::Vector3d X =
         views_.published_from_tracking * views_.tracking.back_project(u, v, depth);
-    if (!(X.z() > nearest_m))
+    if (!(X.z() > nearest_seen_m))
         return {-1, -1};
     return views_.published.project(X).array().round().cast<int>();
 }
@@ -137,7 +137,7 @@ void MotionMask::add_unlike(const KeyframeImage &then, const Pyramid &now, const
             return false;
         const Eigen::Vector3d seen =
             tracking_from_published * views_.published.back_project(u, v, 1e-3 * composed(u, v));
-        if (!(seen.z() > nearest_m))
+        if (!(seen.z() > nearest_seen_m))
             return false;
         const Eigen::Vector2i first =
             (image_camera_.project(seen) - to_middle).array().round().cast<int>();

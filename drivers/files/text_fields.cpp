@@ -27,6 +27,10 @@ std::optional<std::int64_t> digits(std::string_view text) {
 
 } // namespace
 
+std::string seconds_text(std::int64_t t_ns) {
+    return fmt::format("{}.{:09}", t_ns / 1'000'000'000, t_ns % 1'000'000'000);
+}
+
 Result<TextFields> TextFields::read(const std::string &path) {
     Result<std::string> text = read_file(path);
     if (!text)

@@ -12,6 +12,9 @@
 
 namespace afterglow {
 
+/// A time as TextFields::time_ns() reads it: seconds with nine decimals.
+std::string seconds_text(std::int64_t t_ns);
+
 /// A text file of fields with white space between them, line by line. Blank lines and what follows
 /// a `#` are passed over.
 class TextFields {

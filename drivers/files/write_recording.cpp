@@ -2,6 +2,7 @@
 #include "drivers/files/write_recording.hpp"
 
 #include "drivers/files/image_file.hpp"
+#include "drivers/files/text_fields.hpp"
 
 #include <Eigen/Geometry>
 #include <fmt/format.h>
@@ -15,10 +16,6 @@ namespace afterglow {
 namespace {
 
 constexpr double depth_units_per_metre = 1000;
-
-std::string seconds(std::int64_t t_ns) {
-    return fmt::format("{}.{:09}", t_ns / 1'000'000'000, t_ns % 1'000'000'000);
-}
 
 } // namespace
 
@@ -60,8 +57,8 @@ Status RecordingWriter::add(std::int64_t t_ns, LumaView luma, std::int64_t t_dep
         return written;
     if (Status written = write_png(fmt::format("{}/depth/{}", folder_, name), depth_mm); !written)
         return written;
-    const std::string t = seconds(t_ns);
-    associations_ << fmt::format("{} rgb/{} {} depth/{}\n", t, name, seconds(t_depth_ns), name)
+    const std::string t = seconds_text(t_ns);
+    associations_ << fmt::format("{} rgb/{} {} depth/{}\n", t, name, seconds_text(t_depth_ns), name)
                   << std::flush;
     if (camera_to_world) {
         const Eigen::Quaterniond q(camera_to_world->R);

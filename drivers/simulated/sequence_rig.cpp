@@ -13,10 +13,6 @@
 namespace afterglow {
 namespace {
 
-[[maybe_unused]] bool has_size(const Intrinsics &camera, int width, int height) {
-    return camera.width == width && camera.height == height;
-}
-
 /// The device behind the three interfaces.
 class Device {
 public:
@@ -69,7 +65,7 @@ public:
         const std::uint64_t k = next_++;
         turn_ = k;
         // Read before it is due: what that costs is no part of the latency of a camera's image.
-        assert(has_size(intrinsics(), frame.luma.width(), frame.luma.height()));
+        assert(intrinsics().has_size(frame.luma.width(), frame.luma.height()));
         const Status read = sequence_->read_luma(k, frame.luma.view());
         if (playback_.real_time)
             clock_->sleep_until(due_ns(k));
@@ -86,7 +82,7 @@ public:
         if (!first_awake_ || !turn_ || *turn_ < *first_awake_ || measured_ == turn_)
             return Capture::none;
         measured_ = turn_;
-        assert(has_size(tof_intrinsics(), frame.depth.width(), frame.depth.height()));
+        assert(tof_intrinsics().has_size(frame.depth.width(), frame.depth.height()));
         const Status read = sequence_->read_depth(*turn_, frame.depth.view());
         if (!read) {
             problem = read.error().message;

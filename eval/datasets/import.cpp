@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "eval/datasets/import.hpp"
 
-#include "drivers/files/recording.hpp"
 #include "drivers/files/write_recording.hpp"
 #include "eval/datasets/dataset.hpp"
 #include "eval/datasets/layout.hpp"

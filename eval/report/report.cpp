@@ -11,6 +11,7 @@
 #include "eval/report/results_json.hpp"
 #include "eval/report/table.hpp"
 #include "eval/report/write_report.hpp"
+#include "eval/run.hpp"
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
@@ -251,9 +252,7 @@ void ReportArguments::add_to(CLI::App &command) {
     command.add_option("--frames", frames, "Only the first so many of each; 0 = all")
         ->capture_default_str()
         ->check(CLI::Range(0, std::numeric_limits<int>::max()));
-    command.add_option("--workers", workers, "Threads")
-        ->capture_default_str()
-        ->check(CLI::Range(1, 64));
+    add_workers_option(command, workers);
 }
 
 Status report(const ReportArguments &arguments) {
@@ -262,7 +261,10 @@ Status report(const ReportArguments &arguments) {
 }
 
 void MergeArguments::add_to(CLI::App &command) {
-    command.add_option("files", files, "What afterglow-eval run --json printed")->required();
+    command
+        .add_option("files", files,
+                    "What afterglow-eval run --json printed, or results.json of reports")
+        ->required();
     command.add_option("--out", out, "Folder for the report")->capture_default_str();
 }
 

@@ -3,6 +3,7 @@
 // The C functions of afterglow/afterglow.h: arguments are checked and structs of all versions are
 // translated here, the rest is afterglow_stream's.
 #include "afterglow/afterglow.h"
+#include "core/base/clock.hpp"
 #include "ipc/reader/first_version.hpp"
 #include "ipc/reader/stream.hpp"
 
@@ -13,7 +14,6 @@
 #include <cerrno>
 #include <chrono>
 #include <cstring>
-#include <ctime>
 #include <limits>
 #include <new>
 #include <span>
@@ -58,9 +58,7 @@ bool take(const afterglow_options *given, afterglow_options &options) {
 }
 
 std::int64_t now_ms() {
-    timespec now{};
-    ::clock_gettime(CLOCK_MONOTONIC, &now);
-    return std::int64_t{now.tv_sec} * 1000 + now.tv_nsec / 1'000'000;
+    return monotonic_ns() / 1'000'000;
 }
 
 /// Until something has come from the daemon, the deadline, or a signal; false for the latter.

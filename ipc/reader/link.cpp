@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ipc/reader/link.hpp"
 
+#include "core/base/clock.hpp"
+
 #include <sys/epoll.h>
 #include <sys/timerfd.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <ctime>
 
 namespace afterglow {
 namespace {
@@ -16,10 +17,7 @@ constexpr std::uint64_t longest_pause_us = 2'000'000;
 constexpr std::uint64_t at_once_us = 1;
 
 std::uint64_t now_us() {
-    timespec now{};
-    ::clock_gettime(CLOCK_MONOTONIC, &now);
-    return static_cast<std::uint64_t>(now.tv_sec) * 1'000'000 +
-           static_cast<std::uint64_t>(now.tv_nsec) / 1000;
+    return static_cast<std::uint64_t>(monotonic_ns() / 1000);
 }
 
 /// Whether another daemon, or the same one later, may do better.

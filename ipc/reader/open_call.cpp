@@ -2,6 +2,7 @@
 #include "ipc/reader/open_call.hpp"
 
 #include "ipc/bus/bus.hpp"
+#include "ipc/bus/errors.hpp"
 #include "ipc/bus/service_names.hpp"
 
 #include <algorithm>
@@ -28,7 +29,7 @@ int to_errno(const sd_bus_error &error) {
         return -EHOSTUNREACH;
     if (name == SD_BUS_ERROR_LIMITS_EXCEEDED)
         return -ENOBUFS;
-    if (name == "org.afterglow.Error.Busy")
+    if (name == error_busy)
         return -EBUSY;
     switch (const int code = sd_bus_error_get_errno(&error); code) {
     case 0:
@@ -62,7 +63,7 @@ int OpenCall::start(const char *bus, const StreamOptions &options, bool start_da
     Bus connection;
     if (const int error = open_bus(bus, connection); error < 0)
         return error;
-    bus_.reset(connection.release());
+    bus_ = std::move(connection);
     result_ = -EINPROGRESS;
     sd_bus_message *made = nullptr;
     int error = sd_bus_message_new_method_call(bus_.get(), &made, service_name, service_path,

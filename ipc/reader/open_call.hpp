@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/base/unique_fd.hpp"
+#include "ipc/bus/bus.hpp"
 #include "ipc/stream_options.hpp"
 
 #include <systemd/sd-bus.h>
@@ -35,13 +36,9 @@ public:
     std::uint64_t deadline_us() const;
 
 private:
-    // Neither waits for what is still to be sent.
-    struct CloseBus {
-        void operator()(sd_bus *bus) const { sd_bus_close_unref(bus); }
-    };
     static int on_answer(sd_bus_message *answer, void *call, sd_bus_error *error);
 
-    std::unique_ptr<sd_bus, CloseBus> bus_;
+    Bus bus_;
     UniqueFd socket_;
     int result_ = 0;
 };

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "afterglow/afterglow.h"
+#include "core/base/clock.hpp"
 #include "tests/attackers/attack.hpp"
 
 #include <algorithm>
@@ -10,19 +11,12 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <ctime>
 #include <fstream>
 
 namespace afterglow::attack {
 namespace {
 
 std::atomic<bool> asked_to_end = false;
-
-std::int64_t now_ns() {
-    timespec now{};
-    ::clock_gettime(CLOCK_MONOTONIC, &now);
-    return now.tv_sec * std::int64_t{1'000'000'000} + now.tv_nsec;
-}
 
 /// How long this process has been ready to run and had no processor.
 std::int64_t held_up_ns() {
@@ -80,7 +74,9 @@ private:
     std::int64_t duration_ns(std::uint32_t count, const afterglow_frame &frame) const;
     /// Whether our own scheduler is why we come so late: for half of the time since the last frame
     /// we were ready to run and did not.
-    bool explained() const { return 2 * (held_up_ns() - last_held_up_ns_) >= now_ns() - last_ns_; }
+    bool explained() const {
+        return 2 * (held_up_ns() - last_held_up_ns_) >= monotonic_ns() - last_ns_;
+    }
 
     afterglow_stream *stream_;
     std::vector<std::uint16_t> depth_;
@@ -119,13 +115,13 @@ std::int64_t Reader::duration_ns(std::uint32_t count, const afterglow_frame &fra
 }
 
 int Reader::read_all() {
-    const std::int64_t slept_ns = now_ns();
+    const std::int64_t slept_ns = monotonic_ns();
     const std::int64_t held_up_before = held_up_ns();
     int error = afterglow_wait(stream_, 1000);
     // Looked at also after a second without a wake-up: it may have been lost.
     if (error != 0 && error != -ETIMEDOUT)
         return error;
-    const std::int64_t woken_ns = now_ns();
+    const std::int64_t woken_ns = monotonic_ns();
     const std::int64_t held_up = held_up_ns() - held_up_before;
     for (bool first = true;; first = false) {
         afterglow_frame frame;
@@ -147,7 +143,7 @@ int Reader::read_all() {
         ++tally_.read;
         next_ = frame.index + 1;
         std::printf("%" PRIu64 " %016" PRIx64 "\n", frame.index, hash(depth_, confidence_));
-        last_ns_ = now_ns();
+        last_ns_ = monotonic_ns();
         last_held_up_ns_ = held_up_ns();
     }
 }

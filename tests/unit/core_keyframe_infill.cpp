@@ -6,6 +6,7 @@
 #include "drivers/files/image_file.hpp"
 #include "drivers/files/recording.hpp"
 #include "drivers/simulated/synthetic/noise.hpp"
+#include "eval/report/paper_figures.hpp"
 #include "eval/scoring/metrics.hpp"
 #include "tests/catch.hpp"
 #include "tests/film.hpp"
@@ -20,8 +21,7 @@ using namespace afterglow::testing;
 
 namespace {
 
-constexpr double out_of_range_mre = 0.87;
-constexpr double saturation_mre = 0.6;
+using paper::out_of_range_mre, paper::saturation_mre;
 
 /// Says of a pixel and its depth whether the sensor is blind to it.
 using Blind = std::function<bool(int u, int v, int z)>;

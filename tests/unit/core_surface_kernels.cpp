@@ -2,7 +2,6 @@
 // Kernels against the scalar code that they stand for, bit for bit, on numbers as they come and on
 // those that kernels get wrong.
 #include "core/base/image.hpp"
-#include "core/calibration/self_calibration.hpp"
 #include "core/surface/crack_kernels.hpp"
 #include "core/surface/cracks.hpp"
 #include "core/surface/smoothing_kernels.hpp"

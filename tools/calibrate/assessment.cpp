@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/calibrate/assessment.hpp"
 
+#include "core/base/degrees.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace afterglow {
 namespace {
 
 double degrees(double radians) {
-    return radians * 180 / std::numbers::pi;
+    return radians * degrees_per_radian;
 }
 
 Coverage coverage_of(const Intrinsics &camera, const RigFit &fit, std::span<const BoardView> views,

@@ -2,6 +2,7 @@
 #include "tools/calibrate/camera_fit.hpp"
 
 #include "config/calibration_limits.hpp"
+#include "core/base/degrees.hpp"
 #include "tools/calibrate/least_squares.hpp"
 
 #include <fmt/format.h>
@@ -9,7 +10,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <opencv2/calib3d.hpp>
 
 namespace afterglow {
@@ -160,7 +160,7 @@ double tilt_range(std::span<const Pose> board_to_camera) {
     for (std::size_t i = 0; i < board_to_camera.size(); ++i)
         for (std::size_t k = 0; k < i; ++k)
             cosine = std::min(cosine, board_to_camera[i].R.col(2).dot(board_to_camera[k].R.col(2)));
-    return std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / std::numbers::pi;
+    return std::acos(std::clamp(cosine, -1.0, 1.0)) * degrees_per_radian;
 }
 
 } // namespace afterglow

@@ -11,6 +11,7 @@
 
 #include <cerrno>
 #include <filesystem>
+#include <fstream>
 #include <utility>
 
 namespace afterglow {
@@ -63,10 +64,6 @@ Status read_list(const std::string &folder, const char *name, std::size_t least,
         add(t_ns, std::move(files));
     }
     return ok();
-}
-
-std::string seconds(std::int64_t t_ns) {
-    return fmt::format("{}.{:09}", t_ns / 1'000'000'000, t_ns % 1'000'000'000);
 }
 
 } // namespace
@@ -157,7 +154,7 @@ Status CapturesWriter::add_moving_color(std::int64_t t_ns, LumaView color) {
     if (Status written = write_png(folder_ + "/" + name, color); !written)
         return written;
     ++moving_color_;
-    return append(moving_color_list, seconds(t_ns) + " " + name);
+    return append(moving_color_list, seconds_text(t_ns) + " " + name);
 }
 
 Status CapturesWriter::add_moving_tof(std::int64_t t_ns, DepthView depth, DepthView amplitude) {
@@ -165,7 +162,7 @@ Status CapturesWriter::add_moving_tof(std::int64_t t_ns, DepthView depth, DepthV
     if (!names)
         return names.error();
     ++moving_tof_;
-    return append(moving_tof_list, seconds(t_ns) + " " + *names);
+    return append(moving_tof_list, seconds_text(t_ns) + " " + *names);
 }
 
 } // namespace afterglow

@@ -6,7 +6,6 @@
 #include "tools/calibrate/board.hpp"
 
 #include <cstdint>
-#include <fstream>
 #include <string>
 #include <vector>
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/calibration_file.hpp"
+#include "core/base/degrees.hpp"
 #include "core/base/write_file.hpp"
 #include "tools/calibrate/assessment.hpp"
 #include "tools/calibrate/captures.hpp"
@@ -13,7 +14,6 @@
 #include <cstdio>
 #include <map>
 #include <memory>
-#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
@@ -52,11 +52,11 @@ void print_fit(const RigFit &fit, std::span<const BoardView> views,
                  color_coverage(fit, views));
     print_camera("TOF", fit.rig.tof, fit.tof_model, fit.tof_noise_px, tof_coverage(fit, views));
     const Eigen::Vector3d mm = 1000 * fit.rig.tof_from_color.T;
-    const double degree = 180 / std::numbers::pi;
     fmt::print("TOF from colour: translation {:.1f}, {:.1f}, {:.1f} mm (to {:.1f}), turned by "
                "{:.2f} degrees (to {:.2f})\n",
                mm.x(), mm.y(), mm.z(), 1000 * fit.sigma.translation_m,
-               degree * fit.rig.tof_from_color.angle(), degree * fit.sigma.rotation_rad);
+               degrees_per_radian * fit.rig.tof_from_color.angle(),
+               degrees_per_radian * fit.sigma.rotation_rad);
     if (fit.depth_scale)
         fmt::print("Depth: along {}, {:.1f} % of the board's distance, noise {:.1f} mm\n",
                    fit.rig.range_along_ray ? "the ray" : "Z", 100 * *fit.depth_scale,

@@ -7,7 +7,6 @@
 #include "tools/ctl/command.hpp"
 #include "tools/ctl/daemon.hpp"
 #include "tools/ctl/json.hpp"
-#include "tools/ctl/print_or_write.hpp"
 
 #include <fmt/format.h>
 

@@ -21,7 +21,7 @@ Result<Daemon> Daemon::connect(const std::string &bus) {
 bool Daemon::is_running(const std::string &bus) {
     Bus connection;
     return open_bus(bus.c_str(), connection) >= 0 &&
-           sd_bus_get_name_creds(connection.get(), "org.afterglow.Depth1", 0, nullptr) >= 0;
+           sd_bus_get_name_creds(connection.get(), service_name, 0, nullptr) >= 0;
 }
 
 Result<Json> Daemon::properties_on(const std::string &bus) {
@@ -32,7 +32,7 @@ Result<Json> Daemon::properties_on(const std::string &bus) {
 }
 
 Result<Json> Daemon::properties() {
-    const Result<Message> answer =
+    const Result<BusMessage> answer =
         ask(properties_of(depth_interface), "GetAll", "s", depth_interface.name);
     if (!answer)
         return answer.error();
@@ -43,7 +43,7 @@ Result<Json> Daemon::properties() {
 }
 
 Result<Json> Daemon::get(const Interface &interface, const char *property) {
-    const Result<Message> answer =
+    const Result<BusMessage> answer =
         ask(properties_of(interface), "Get", "ss", interface.name, property);
     if (!answer)
         return answer.error();

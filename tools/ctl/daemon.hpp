@@ -4,6 +4,8 @@
 #include "core/base/result.hpp"
 #include "core/base/unique_fd.hpp"
 #include "ipc/bus/bus.hpp"
+#include "ipc/bus/log_control.hpp"
+#include "ipc/bus/service_names.hpp"
 #include "tools/ctl/json.hpp"
 #include "tools/ctl/refusal.hpp"
 
@@ -18,9 +20,8 @@ struct Interface {
     const char *object;
     const char *name;
 };
-inline constexpr Interface depth_interface = {"/org/afterglow/Depth1", "org.afterglow.Depth1"};
-inline constexpr Interface log_interface = {"/org/freedesktop/LogControl1",
-                                            "org.freedesktop.LogControl1"};
+inline constexpr Interface depth_interface = {service_path, service_interface};
+inline constexpr Interface log_interface = {log_control_path, log_control_interface};
 
 /// The daemon on a bus. Each call waits for its answer. Errors are sentences that say what to do,
 /// with the errno that libsystemd has for the D-Bus error.
@@ -37,7 +38,7 @@ public:
     /// what it answers; null when that is nothing.
     template <class... Arguments>
     Result<Json> call(const char *method, const char *types, Arguments... arguments) {
-        const Result<Message> answer = ask(depth_interface, method, types, arguments...);
+        const Result<BusMessage> answer = ask(depth_interface, method, types, arguments...);
         if (!answer)
             return answer.error();
         return value_of(answer->get());
@@ -45,7 +46,7 @@ public:
     /// The same for a method that answers with a descriptor.
     template <class... Arguments>
     Result<UniqueFd> open(const char *method, const char *types, Arguments... arguments) {
-        const Result<Message> answer = ask(depth_interface, method, types, arguments...);
+        const Result<BusMessage> answer = ask(depth_interface, method, types, arguments...);
         if (!answer)
             return answer.error();
         return descriptor_of(answer->get());
@@ -57,7 +58,7 @@ public:
     /// `type`: of the property in D-Bus; `value` is of it.
     template <class Value>
     Status set(const Interface &interface, const char *property, const char *type, Value value) {
-        const Result<Message> done =
+        const Result<BusMessage> done =
             ask(properties_of(interface), "Set", "ssv", interface.name, property, type, value);
         if (!done)
             return done.error();
@@ -65,10 +66,6 @@ public:
     }
 
 private:
-    struct MessageUnref {
-        void operator()(sd_bus_message *message) const { sd_bus_message_unref(message); }
-    };
-    using Message = std::unique_ptr<sd_bus_message, MessageUnref>;
     /// sd-bus fills it in, and it is freed with this.
     struct BusError {
         BusError() = default;
@@ -86,14 +83,14 @@ private:
     }
 
     template <class... Arguments>
-    Result<Message> ask(const Interface &interface, const char *method, const char *types,
-                        Arguments... arguments) {
+    Result<BusMessage> ask(const Interface &interface, const char *method, const char *types,
+                           Arguments... arguments) {
         BusError problem;
         sd_bus_message *reply = nullptr;
-        const int called = sd_bus_call_method(connection_.get(), "org.afterglow.Depth1",
-                                              interface.object, interface.name, method,
-                                              &problem.content, &reply, types, arguments...);
-        Message answer(reply);
+        const int called =
+            sd_bus_call_method(connection_.get(), service_name, interface.object, interface.name,
+                               method, &problem.content, &reply, types, arguments...);
+        BusMessage answer(reply);
         if (called < 0)
             return refusal(bus_, problem.content, called);
         return answer;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "core/base/percentiles.hpp"
 #include "tools/ctl/command.hpp"
 #include "tools/ctl/json.hpp"
-#include "tools/ctl/percentiles.hpp"
 #include "tools/ctl/stream.hpp"
 
 #include <fmt/format.h>

@@ -2,6 +2,7 @@
 #include "tools/ctl/refusal.hpp"
 
 #include "core/base/printable.hpp"
+#include "ipc/bus/errors.hpp"
 
 #include <fmt/format.h>
 
@@ -46,23 +47,21 @@ constexpr Sentence sentences[] = {
     {SD_BUS_ERROR_NO_REPLY, no_answer},
     {SD_BUS_ERROR_TIMEOUT, no_answer},
     {SD_BUS_ERROR_DISCONNECTED, "the connection to {bus} was lost; try again when it is back"},
-    {"org.afterglow.Error.OutOfRange", "{why} `afterglowctl policy get` shows the ranges"},
-    {"org.afterglow.Error.NotRunning",
+    {error_out_of_range, "{why} `afterglowctl policy get` shows the ranges"},
+    {error_not_running,
      "{why} The cameras run while somebody reads, as `afterglowctl monitor` does; `afterglowctl "
      "status` says whether one is lost"},
-    {"org.afterglow.Error.BudgetSpent",
+    {error_budget_spent,
      "{why} Wait until it has grown back, or raise it: `afterglowctl policy set DutyCycleBudget "
      "PERCENT`"},
-    {"org.afterglow.Error.Dark",
+    {error_dark,
      "{why} `afterglowctl requests` shows who holds the mode off; `afterglowctl mode auto` ends it "
      "where nobody does"},
-    {"org.afterglow.Error.TimedOut",
-     "{why} `afterglowctl status` says whether the TOF camera is lost"},
-    {"org.afterglow.Error.NoPolicyFile",
-     "{why} Start afterglowd with --policy FILE, as its systemd unit does"},
-    {"org.afterglow.Error.BadConfiguration",
+    {error_timed_out, "{why} `afterglowctl status` says whether the TOF camera is lost"},
+    {error_no_policy_file, "{why} Start afterglowd with --policy FILE, as its systemd unit does"},
+    {error_bad_configuration,
      "the configuration is wrong, and nothing was changed. Correct it and reload again:\n{why}"},
-    {"org.afterglow.Error.Busy", "{why} Wait for the answers to what was asked before"},
+    {error_busy, "{why} Wait for the answers to what was asked before"},
 };
 
 /// As printable(), a line at a time, without the bounds of one line: and a full stop at the end.

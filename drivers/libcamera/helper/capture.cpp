@@ -16,7 +16,6 @@
 #include <libcamera/framebuffer_allocator.h>
 #include <libcamera/request.h>
 #include <libcamera/stream.h>
-#include <optional>
 #include <unistd.h>
 
 namespace afterglow::libcam {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "drivers/simulated/synthetic/motion.hpp"
 
+#include "core/base/degrees.hpp"
 #include "drivers/simulated/synthetic/random.hpp"
 
 #include <Eigen/Geometry>
@@ -11,8 +12,6 @@
 
 namespace afterglow {
 namespace {
-
-constexpr double degree = std::numbers::pi / 180;
 
 /// amplitude * sin(2 pi frequency t + phase), summed.
 class Sway {
@@ -52,9 +51,18 @@ Motion hand_held(std::uint64_t seed, double speed) {
     const Sway x({{{0.40, 0.05}, {0.08, 0.27}, {0.003, 2.1}}}, random);
     const Sway y({{{0.08, 0.09}, {0.03, 0.33}, {0.002, 2.3}}}, random);
     const Sway z({{{0.40, 0.05}, {0.08, 0.23}, {0.003, 1.9}}}, random);
-    const Sway yaw({{{45 * degree, 0.045}, {7 * degree, 0.21}, {0.3 * degree, 1.7}}}, random);
-    const Sway pitch({{{7 * degree, 0.11}, {3 * degree, 0.31}, {0.3 * degree, 1.8}}}, random);
-    const Sway roll({{{3 * degree, 0.12}, {2 * degree, 0.37}, {0.2 * degree, 1.6}}}, random);
+    const Sway yaw({{{45 * radians_per_degree, 0.045},
+                     {7 * radians_per_degree, 0.21},
+                     {0.3 * radians_per_degree, 1.7}}},
+                   random);
+    const Sway pitch({{{7 * radians_per_degree, 0.11},
+                       {3 * radians_per_degree, 0.31},
+                       {0.3 * radians_per_degree, 1.8}}},
+                     random);
+    const Sway roll({{{3 * radians_per_degree, 0.12},
+                      {2 * radians_per_degree, 0.37},
+                      {0.2 * radians_per_degree, 1.6}}},
+                    random);
     return [=](double t_s) {
         const double t = t_s * speed;
         using Eigen::AngleAxisd, Eigen::Vector3d;

@@ -10,6 +10,7 @@
 //   rgbd             the pose by cv::rgbd::RgbdOdometry, with measured depth for both images, which
 //                    a user whose TOF camera is dark has not got
 #include "tools/bench/frame/benchmarks.hpp"
+#include "tools/picture/opencv_image.hpp"
 
 #include <Eigen/LU>
 
@@ -26,10 +27,6 @@
 
 namespace afterglow::bench {
 namespace {
-
-cv::Mat as_mat(const Luma &luma) {
-    return {luma.height(), luma.width(), CV_8UC1, const_cast<std::uint8_t *>(luma.row(0))};
-}
 
 std::vector<cv::Point2f> grid(const Intrinsics &camera) {
     constexpr int side = 12;

@@ -1,28 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/bench/ipc/results.hpp"
 
+#include "core/base/percentiles.hpp"
+
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 namespace afterglow::bench {
 namespace {
 
-struct Percentiles {
-    double p50_us = 0, p99_us = 0, max_us = 0;
-};
-
-Percentiles percentiles(std::vector<std::int64_t> &latencies_ns) {
-    if (latencies_ns.empty())
-        return {};
-    std::sort(latencies_ns.begin(), latencies_ns.end());
-    const auto at = [&](double share) {
-        const double rank = std::ceil(share * static_cast<double>(latencies_ns.size()));
-        return 1e-3 * static_cast<double>(latencies_ns[static_cast<std::size_t>(rank) - 1]);
-    };
-    return {at(0.5), at(0.99), at(1)};
+/// Microseconds.
+Percentiles percentiles(const std::vector<std::int64_t> &latencies_ns) {
+    std::vector<double> us;
+    for (const std::int64_t ns : latencies_ns)
+        us.push_back(1e-3 * static_cast<double>(ns));
+    return us.empty() ? Percentiles{} : percentiles_of(std::move(us));
 }
 
 } // namespace
@@ -33,7 +27,7 @@ std::string table(std::vector<Measured> cases) {
     for (Measured &one : cases) {
         const Percentiles p = percentiles(one.result.latencies_ns);
         text += fmt::format("{:<11} {:7} {:8.0f} {:8.0f} {:8.0f}   {} of {}\n", one.transport,
-                            one.readers, p.p50_us, p.p99_us, p.max_us, one.result.missed,
+                            one.readers, p.p50, p.p99, p.max, one.result.missed,
                             one.result.missed + one.result.latencies_ns.size());
     }
     return text;
@@ -45,9 +39,9 @@ std::string json(std::vector<Measured> cases) {
         const Percentiles p = percentiles(one.result.latencies_ns);
         array.push_back({{"transport", one.transport},
                          {"readers", one.readers},
-                         {"p50_us", p.p50_us},
-                         {"p99_us", p.p99_us},
-                         {"max_us", p.max_us}});
+                         {"p50_us", p.p50},
+                         {"p99_us", p.p99},
+                         {"max_us", p.max}});
     }
     return array.dump(2) + "\n";
 }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/calibration_file.hpp"
 #include "tools/ctl/calibration/verbs.hpp"
-#include "tools/ctl/json.hpp"
 #include "tools/ctl/print_or_write.hpp"
 
 #include <fmt/format.h>

@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/ctl/calibration/rig_figures.hpp"
 
+#include "core/base/degrees.hpp"
+
 #include <Eigen/Geometry>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace afterglow {
 namespace {
-
-constexpr double degrees = 180 / std::numbers::pi;
 
 constexpr double widest_degrees = 170;
 constexpr double most_off_center = 0.1;  // of the width
@@ -24,7 +23,7 @@ constexpr double same_ray = 1e-3;
 /// Between two rays.
 double angle(const Eigen::Vector2d &a, const Eigen::Vector2d &b) {
     const Eigen::Vector3d from(a.x(), a.y(), 1), to(b.x(), b.y(), 1);
-    return std::atan2(from.cross(to).norm(), from.dot(to)) * degrees;
+    return std::atan2(from.cross(to).norm(), from.dot(to)) * degrees_per_radian;
 }
 
 bool sees(const CameraModel &camera, const Eigen::Vector3d &X) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/calibration_file.hpp"
+#include "core/base/degrees.hpp"
 #include "tools/ctl/calibration/rig_figures.hpp"
 #include "tools/ctl/calibration/running.hpp"
 #include "tools/ctl/calibration/verbs.hpp"
@@ -9,12 +10,9 @@
 #include <fmt/format.h>
 
 #include <cstddef>
-#include <numbers>
 
 namespace afterglow {
 namespace {
-
-constexpr double degrees = 180 / std::numbers::pi;
 
 Json json_of(const FoundCamera &camera) {
     const auto &[fx, fy, cx, cy, width, height] = camera.model.pinhole;
@@ -53,7 +51,7 @@ Json json_of(const PartialRig &rig) {
             {"translation_m", {T.x(), T.y(), T.z()}},
             {"rotation", rows},
             {"baseline_mm", T.norm() * 1000},
-            {"angle_degrees", rig.tof_from_color->angle() * degrees},
+            {"angle_degrees", rig.tof_from_color->angle() * degrees_per_radian},
             {"outside_percent",
              100 * share_outside(rig.color->model, rig.tof->model, *rig.tof_from_color)}};
     }
@@ -97,7 +95,7 @@ void print(const PartialRig &rig) {
         "TOF from colour",
         fmt::format("{:.1f} mm apart (x {:.1f}, y {:.1f}, z {:.1f}), turned by {:.2f} degrees",
                     T.norm() * 1000, T.x() * 1000, T.y() * 1000, T.z() * 1000,
-                    rig.tof_from_color->angle() * degrees));
+                    rig.tof_from_color->angle() * degrees_per_radian));
     print_row("", fmt::format(
                       "{:.0f} % of the TOF picture outside the colour picture at 1 m",
                       100 * share_outside(rig.color->model, rig.tof->model, *rig.tof_from_color)));
