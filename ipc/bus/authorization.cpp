@@ -2,6 +2,7 @@
 #include "ipc/bus/authorization.hpp"
 
 #include "core/base/log.hpp"
+#include "ipc/bus/call_copy.hpp"
 #include "ipc/bus/errors.hpp"
 
 #include <fmt/format.h>
@@ -14,7 +15,7 @@ namespace afterglow {
 namespace {
 
 constexpr std::uint64_t second_us = 1'000'000;
-constexpr std::uint64_t polkit_timeout_us = 5 * second_us;
+constexpr std::uint64_t usual_timeout_us = 5 * second_us;
 constexpr std::uint64_t polkit_dialog_timeout_us = 120 * second_us; ///< a person types a password
 constexpr std::uint32_t polkit_allow_user_interaction = 1;
 
@@ -181,12 +182,17 @@ int Authorization::put_aside(Client &client, sd_bus_message *call, std::optional
     if (client.waiting.size() >= most_waiting)
         return answer(call, error_busy,
                       fmt::format("You have {} calls in flight.", client.waiting.size()));
+    BusMessage copy;
+    if (const int error = copy_call(call, copy); error == -E2BIG || error == -EINVAL)
+        return answer(call, SD_BUS_ERROR_INVALID_ARGS, "No call takes such arguments.");
+    else if (error < 0)
+        return error;
     if (!client.asking) {
         const int error = missing ? ask_polkit(client, *missing, call) : ask_bus(client);
         if (error < 0)
             return error;
     }
-    client.waiting.emplace_back(sd_bus_message_ref(call));
+    client.waiting.push_back(std::move(copy));
     return 1;
 }
 
@@ -199,14 +205,24 @@ int Authorization::on_answer(sd_bus_message *reply, void *client, sd_bus_error *
     return 1;
 }
 
-int Authorization::ask_bus(Client &client) {
+template <void (Authorization::*answer)(Authorization::Client &, sd_bus_message *)>
+int Authorization::ask(Client &client, sd_bus_message *question, std::uint64_t timeout_us) {
     sd_bus_slot *slot = nullptr;
-    const int error = sd_bus_call_method_async(
-        bus_, &slot, "org.freedesktop.DBus", "/org/freedesktop/DBus", "org.freedesktop.DBus",
-        "GetConnectionCredentials", on_answer<&Authorization::on_credentials>, &client, "s",
-        client.caller->name.c_str());
+    const int error =
+        sd_bus_call_async(bus_, &slot, question, on_answer<answer>, &client, timeout_us);
     client.asking.reset(slot);
     return error;
+}
+
+int Authorization::ask_bus(Client &client) {
+    sd_bus_message *made = nullptr;
+    int error =
+        sd_bus_message_new_method_call(bus_, &made, "org.freedesktop.DBus", "/org/freedesktop/DBus",
+                                       "org.freedesktop.DBus", "GetConnectionCredentials");
+    const BusMessage question(made);
+    if (error >= 0)
+        error = sd_bus_message_append(made, "s", client.caller->name.c_str());
+    return error < 0 ? error : ask<&Authorization::on_credentials>(client, made, usual_timeout_us);
 }
 
 void Authorization::on_credentials(Client &client, sd_bus_message *reply) {
@@ -216,7 +232,8 @@ void Authorization::on_credentials(Client &client, sd_bus_message *reply) {
         release(client);
         return;
     }
-    // The client has left, or the bus does not know its user: no right can be given.
+    // The client has left, the bus does not know its user, or its answer was lost: no right can be
+    // given. The next call asks again.
     for (const BusMessage &call : std::exchange(client.waiting, {}))
         answer(call.get(), SD_BUS_ERROR_ACCESS_DENIED, "The bus does not say who you are.");
 }
@@ -236,12 +253,9 @@ int Authorization::ask_polkit(Client &client, Right right, sd_bus_message *call)
                                   dialog ? polkit_allow_user_interaction : 0, "");
     if (error < 0)
         return error;
-    sd_bus_slot *slot = nullptr;
-    error = sd_bus_call_async(bus_, &slot, made, on_answer<&Authorization::on_polkit>, &client,
-                              dialog ? polkit_dialog_timeout_us : polkit_timeout_us);
-    client.asking.reset(slot);
     client.asked = right;
-    return error;
+    return ask<&Authorization::on_polkit>(client, made,
+                                          dialog ? polkit_dialog_timeout_us : usual_timeout_us);
 }
 
 void Authorization::on_polkit(Client &client, sd_bus_message *reply) {

@@ -24,8 +24,8 @@ namespace afterglow {
 ///
 /// Bounded, whatever clients do: `most_callers` are remembered, the one that was quiet for longest
 /// is forgotten first (unique names are never used twice on a bus, so an old entry is only memory,
-/// and no signal about vanished clients is needed); of each, `most_waiting` calls are put aside.
-/// Calls beyond are answered with Busy at once.
+/// and no signal about vanished clients is needed); of each, `most_waiting` calls are put aside, as
+/// copies of bounded size without descriptors. Calls beyond are answered with Busy at once.
 class Authorization {
 public:
     static constexpr std::size_t most_callers = 256;
@@ -71,6 +71,8 @@ private:
     int put_aside(Client &client, sd_bus_message *call, std::optional<Right> missing);
     int ask_bus(Client &client);
     int ask_polkit(Client &client, Right right, sd_bus_message *call);
+    template <void (Authorization::*answer)(Client &, sd_bus_message *)>
+    int ask(Client &client, sd_bus_message *question, std::uint64_t timeout_us);
     void on_credentials(Client &client, sd_bus_message *reply);
     void on_polkit(Client &client, sd_bus_message *reply);
     void release(Client &client);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "ipc/bus/measure_calls.hpp"
 
+#include "ipc/bus/call_copy.hpp"
 #include "ipc/bus/errors.hpp"
 
 #include <algorithm>
@@ -46,9 +47,12 @@ int MeasureCalls::take(sd_bus_message *call, const Situation &situation) {
     if (calls_.size() >= most_calls || std::cmp_greater_equal(of_sender, most_of_a_sender))
         return sd_bus_reply_method_errorf(call, error_busy, "%zu calls wait for a measurement.",
                                           calls_.size());
+    BusMessage kept;
+    if (const int error = copy_call(call, kept); error < 0)
+        return error;
     const auto now = std::chrono::steady_clock::now().time_since_epoch();
     Call &taken = calls_.emplace_back(
-        Call{*this, BusMessage(sd_bus_message_ref(call)),
+        Call{*this, std::move(kept),
              std::chrono::duration_cast<std::chrono::nanoseconds>(now).count(), nullptr});
     sd_event_source *timer = nullptr;
     if (const int error = sd_event_add_time_relative(event_, &timer, CLOCK_MONOTONIC,

@@ -2,6 +2,7 @@
 //
 // The service when the bus is absent, lost, somebody else's, or flooded.
 #include "tests/bus_service.hpp"
+#include "tests/open_descriptors.hpp"
 #include "tests/sanitized.hpp"
 
 #include <fstream>
@@ -12,11 +13,6 @@ using namespace afterglow;
 using namespace afterglow::test;
 
 namespace {
-
-std::size_t open_descriptors() {
-    return static_cast<std::size_t>(
-        std::distance(std::filesystem::directory_iterator("/proc/self/fd"), {}));
-}
 
 /// Memory of this process, bytes.
 std::size_t resident() {

@@ -4,9 +4,11 @@
 #include "ipc/bus/access.hpp"
 #include "ipc/bus/errors.hpp"
 #include "tests/bus_service.hpp"
+#include "tests/fake_polkit.hpp"
+#include "tests/open_descriptors.hpp"
+#include "tests/raw_bus_client.hpp"
 #include "tests/skip.hpp"
 
-#include <atomic>
 #include <grp.h>
 #include <optional>
 #include <string>
@@ -67,64 +69,6 @@ struct Visitor {
     std::string control() const {
         return ask([](Client &client) { return client.set("Mode", "s", "off"); }).error;
     }
-};
-
-/// org.freedesktop.PolicyKit1 on the test's bus, in a thread of its own.
-class FakePolkit {
-public:
-    enum class Behaviour { accept, refuse, challenge, silent };
-
-    FakePolkit(const std::string &address, Behaviour behaviour) : behaviour_(behaviour) {
-        open_bus(address.c_str(), bus_);
-        static const sd_bus_vtable vtable[] = {
-            SD_BUS_VTABLE_START(0),
-            SD_BUS_METHOD("CheckAuthorization", "(sa{sv})sa{ss}us", "(bba{ss})", on_check,
-                          SD_BUS_VTABLE_UNPRIVILEGED),
-            SD_BUS_VTABLE_END,
-        };
-        sd_bus_add_object_vtable(bus_.get(), nullptr, "/org/freedesktop/PolicyKit1/Authority",
-                                 "org.freedesktop.PolicyKit1.Authority", vtable, this);
-        REQUIRE(sd_bus_request_name(bus_.get(), "org.freedesktop.PolicyKit1", 0) >= 0);
-        thread_ = std::thread([this] {
-            while (!stop_) {
-                while (sd_bus_process(bus_.get(), nullptr) > 0) {
-                }
-                sd_bus_wait(bus_.get(), 1000);
-            }
-        });
-    }
-    ~FakePolkit() { die(); }
-
-    /// Leaves the bus, whatever is asked.
-    void die() {
-        stop_ = true;
-        if (thread_.joinable())
-            thread_.join();
-        bus_.reset();
-    }
-    int asked() const { return asked_; }
-    std::string last_action() const { return action_; }
-
-private:
-    static int on_check(sd_bus_message *call, void *userdata, sd_bus_error * /*error*/) {
-        auto &self = *static_cast<FakePolkit *>(userdata);
-        const char *action = nullptr;
-        sd_bus_message_skip(call, "(sa{sv})");
-        sd_bus_message_read(call, "s", &action);
-        self.action_ = action;
-        ++self.asked_;
-        if (self.behaviour_ == Behaviour::silent)
-            return 1;
-        return sd_bus_reply_method_return(call, "(bba{ss})",
-                                          int{self.behaviour_ == Behaviour::accept},
-                                          int{self.behaviour_ == Behaviour::challenge}, 0);
-    }
-    Behaviour behaviour_;
-    Bus bus_;
-    std::atomic<int> asked_ = 0;
-    std::string action_;
-    std::atomic<bool> stop_ = false;
-    std::thread thread_;
 };
 
 } // namespace
@@ -341,6 +285,68 @@ TEST_CASE("a slow polkit holds up nobody else, and few calls of one sender wait 
         });
     });
     CHECK(count.busy == 92);
+}
+
+TEST_CASE("a call that waits for polkit is kept without descriptors", "[ipc]") {
+    if (!may_change_users())
+        return;
+    constexpr int calls = 8, descriptors = 16; // of each: the most that a bus passes on
+    BusService daemon(by_groups(true));
+    FakePolkit polkit(daemon.bus.address(), FakePolkit::Behaviour::silent);
+    RawBusClient caller =
+        as_user(stranger, {}, [&] { return RawBusClient(daemon.bus.address(), geteuid()); });
+    const std::size_t before = open_descriptors();
+    for (int i = 0; i < calls; ++i)
+        caller.call(name, path, name, "ResetStatistics", descriptors);
+    // Its messages are in order: the last one is answered, since one more than may wait.
+    caller.call(name, path, name, "ResetStatistics", 0);
+    daemon.run_until([&] { return caller.receives("You have 8 calls in flight."); });
+    daemon.run_until([&] { return polkit.asked() == 1; });
+    CHECK(open_descriptors() == before);
+}
+
+TEST_CASE("a call that would wait with more than any method takes is refused", "[ipc]") {
+    if (!may_change_users())
+        return;
+    BusService daemon(by_groups(true));
+    FakePolkit polkit(daemon.bus.address(), FakePolkit::Behaviour::silent);
+    const Visitor visitor{daemon, {}};
+    const std::string more(5000, 'x');
+    const auto hold = [](const std::string &reason) {
+        return [&reason](Client &client) {
+            return client.call("HoldMode", "ss", "off", reason.c_str());
+        };
+    };
+    CHECK(visitor.ask(hold(more)).error == SD_BUS_ERROR_INVALID_ARGS);
+    CHECK(visitor
+              .ask([](Client &client) { return client.call("ResetStatistics", "h", STDIN_FILENO); })
+              .error == SD_BUS_ERROR_INVALID_ARGS);
+    CHECK(visitor
+              .ask([](Client &client) {
+                  return client.call("ResetStatistics", "a(yy)", 40, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1,
+                                     1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1,
+                                     1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1,
+                                     1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1,
+                                     1, 1, 1, 1, 1, 1, 1, 1);
+              })
+              .error == SD_BUS_ERROR_INVALID_ARGS);
+    CHECK(polkit.asked() == 0);
+}
+
+TEST_CASE("a call that has waited has the arguments that it came with", "[ipc]") {
+    if (!may_change_users())
+        return;
+    BusService daemon(by_groups(true));
+    FakePolkit polkit(daemon.bus.address(), FakePolkit::Behaviour::accept);
+    const Visitor visitor{daemon, {}};
+    const std::string reason(100, 'x');
+    const Answer answer = visitor.ask([&](Client &client) {
+        const UniqueFd request = client.hold("RequestAccuracy", "dus", 1.25, 1234U, reason.c_str());
+        return Answer{client.error.name == nullptr ? "" : client.error.name, ""};
+    });
+    CHECK(answer.error.empty());
+    REQUIRE_FALSE(daemon.control.policies.empty());
+    CHECK(daemon.control.policies.front().target_mre == 1.25);
 }
 
 TEST_CASE("who loses a right loses streams and requests, nobody else does", "[ipc]") {

@@ -2,6 +2,7 @@
 #include "drivers/libcamera/libcamera.hpp"
 #include "tests/allocation_count.hpp"
 #include "tests/catch.hpp"
+#include "tests/open_descriptors.hpp"
 #include "tests/wait_until.hpp"
 
 #include <sys/wait.h>
@@ -15,6 +16,7 @@
 #include <vector>
 
 using namespace afterglow;
+using afterglow::test::open_descriptors;
 using namespace std::chrono_literals;
 
 namespace {
@@ -49,10 +51,6 @@ struct Camera {
 
 bool has_no_children() {
     return ::waitpid(-1, nullptr, WNOHANG) == -1 && errno == ECHILD;
-}
-
-std::ptrdiff_t open_descriptors() {
-    return std::distance(std::filesystem::directory_iterator("/proc/self/fd"), {});
 }
 
 std::string refusal(const LibcameraColorOptions &options) {
@@ -155,7 +153,7 @@ TEST_CASE("afterglow-libcamera names a camera that is not there") {
 
 TEST_CASE("a closed libcamera camera leaks no process and no descriptor") {
     Camera camera("ff");
-    const std::ptrdiff_t before = open_descriptors();
+    const std::size_t before = open_descriptors();
     for (int i = 0; i < 10; ++i) {
         REQUIRE(camera.source->start());
         REQUIRE(camera.read() == Capture::frame);
