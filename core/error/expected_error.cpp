@@ -2,6 +2,7 @@
 #include "core/error/expected_error.hpp"
 
 #include "core/base/gaussian.hpp"
+#include "core/surface/sampled_readings.hpp"
 
 #include <Eigen/Geometry>
 
@@ -80,46 +81,50 @@ MapError fresh_map_error(const DepthSurface &surface, const Intrinsics &camera,
 MapError map_error(const DepthSurface &surface, const Views &views, const Pose &pose,
                    const Eigen::Matrix<float, 6, 6> &covariance, const ErrorOptions &options,
                    float calibration_shift) {
-    constexpr int grid = 32, reach = 4;
+    constexpr int reach = 4;
     const Intrinsics &camera = views.surface, &to = views.published;
+    const ImageView<const float> depth = surface.z();
     const double fx = camera.fx, fy = camera.fy;
     const Eigen::Matrix<double, 6, 6> A = adjoint(views.surface_from_tracking);
     const Eigen::Matrix<double, 6, 6> C = A * covariance.cast<double>() * A.transpose();
     double depth_variance = 0;
     double shift_variance = 0;
-    int sampled = 0;
-    for (int v = grid / 2; v < camera.height - reach; v += grid)
-        for (int u = grid / 2; u < camera.width - reach; u += grid) {
-            const float z = surface.z()(u, v);
-            if (z == 0.0f)
-                continue;
-            const Eigen::Vector3d X = camera.back_project(u, v, z);
-            const Eigen::Vector3d Y = pose * X;
-            if (!(Y.z() > 0.05))
-                continue;
-            const Eigen::Vector2d p = to.project(Y);
-            if (!(p.x() >= 0 && p.y() >= 0 && p.x() < to.width && p.y() < to.height))
-                continue;
-            ++sampled;
-            // Inverse depth is linear in the image on a plane: its gradient is the normal.
-            Eigen::Vector3d n{0, 0, 1.0 / z};
-            const double l = surface.z()(u - reach, v), r = surface.z()(u + reach, v);
-            const double t = surface.z()(u, v - reach), b = surface.z()(u, v + reach);
-            if (l > 0 && r > 0 && t > 0 && b > 0 && surface.edge_distance()(u, v) > reach) {
+    int seen = 0;
+    for_sampled_readings(surface, [&](int u, int v, float z) {
+        const Eigen::Vector3d X = camera.back_project(u, v, z);
+        const Eigen::Vector3d Y = pose * X;
+        if (!(Y.z() > nearest_seen_m))
+            return;
+        const Eigen::Vector2d p = to.project(Y);
+        if (!(p.x() >= 0 && p.y() >= 0 && p.x() < to.width && p.y() < to.height))
+            return;
+        ++seen;
+        // Inverse depth is linear in the image on a plane: its gradient is the normal.
+        Eigen::Vector3d n{0, 0, 1.0 / z};
+        const bool inside =
+            u >= reach && v >= reach && u < depth.width() - reach && v < depth.height() - reach;
+        if (inside && surface.edge_distance()(u, v) > reach) {
+            const double l = depth(u - reach, v), r = depth(u + reach, v);
+            const double t = depth(u, v - reach), b = depth(u, v + reach);
+            if (l > 0 && r > 0 && t > 0 && b > 0) {
                 const double qu = (1 / r - 1 / l) / (2.0 * reach);
                 const double qv = (1 / b - 1 / t) / (2.0 * reach);
                 n = {qu * fx, qv * fy, 1.0 / z - (qu * fx * X.x() + qv * fy * X.y()) / z};
             }
-            depth_variance += std::min(variance_along(n, X, C), 1.0);
-            const Eigen::Vector3d du{to.fx / z, 0, -to.fx * X.x() / (z * z)};
-            const Eigen::Vector3d dv{0, to.fy / z, -to.fy * X.y() / (z * z)};
-            shift_variance += std::min(variance_along(du, X, C) + variance_along(dv, X, C), 1e4);
         }
-    if (sampled == 0)
-        return {};
+        depth_variance += std::min(variance_along(n, X, C), 1.0);
+        const Eigen::Vector3d du{to.fx / z, 0, -to.fx * X.x() / (z * z)};
+        const Eigen::Vector3d dv{0, to.fy / z, -to.fy * X.y() / (z * z)};
+        shift_variance += std::min(variance_along(du, X, C) + variance_along(dv, X, C), 1e4);
+    });
+    if (seen == 0) { // what little may be seen is not known: wrong by its whole depth
+        depth_variance = 1;
+        shift_variance = 1e4;
+        seen = 1;
+    }
     MapError e = fresh_map_error(surface, camera, options, calibration_shift);
-    e.pose_relative = static_cast<float>(std::sqrt(std::max(0.0, depth_variance / sampled)));
-    e.shift_px = static_cast<float>(std::sqrt(std::max(0.0, shift_variance / sampled)));
+    e.pose_relative = static_cast<float>(std::sqrt(std::max(0.0, depth_variance / seen)));
+    e.shift_px = static_cast<float>(std::sqrt(std::max(0.0, shift_variance / seen)));
     const float spread = hypotenuse(options.edge_registration_px, e.shift_px);
     for (std::size_t d = 1; d < e.edge.size(); ++d)
         e.edge[d] = edge_error(surface, d, spread);

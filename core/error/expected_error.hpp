@@ -53,10 +53,10 @@ MapError fresh_map_error(const DepthSurface &surface, const Intrinsics &camera,
 /// A plane n.X = 1 seen at a fixed pixel changes its depth by dz/z = n.(v + w x X) under the motion
 /// (v, w); with covariance C of (v, w), var(dz/z) = a C a^T, a = [n, X x n]. The same motion shifts
 /// image points by J_pi [I, -[X]x] (v, w); where the depth jumps or slopes, a shift costs
-/// |grad z| / z times its length. Both are averaged over a grid of the keyframe's surface.
-/// `calibration_shift`: as of fresh_map_error().
-/// `pose` takes points of the surface camera's frame to the published camera's; the motion is one
-/// of the tracking camera, before it.
+/// |grad z| / z times its length. Both are averaged over the sampled readings that are in view;
+/// where none is, the map is taken to be wrong by its whole depth. `calibration_shift`: as of
+/// fresh_map_error(). `pose` takes points of the surface camera's frame to the published camera's;
+/// the motion is one of the tracking camera, before it.
 MapError map_error(const DepthSurface &surface, const Views &views, const Pose &pose,
                    const Eigen::Matrix<float, 6, 6> &covariance, const ErrorOptions &options,
                    float calibration_shift = 0);

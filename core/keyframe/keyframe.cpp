@@ -2,23 +2,12 @@
 #include "core/keyframe/keyframe.hpp"
 
 #include "core/base/camera.hpp"
+#include "core/surface/sampled_readings.hpp"
 
 #include <algorithm>
 
 namespace afterglow {
-namespace {
-
-/// Calls `of` with the pixel and the point of some of a surface's points.
-template <class Of>
-void for_sampled_points(const DepthSurface &surface, const Intrinsics &camera, Of &&of) {
-    constexpr int grid = 32;
-    for (int v = grid / 2; v < camera.height; v += grid)
-        for (int u = grid / 2; u < camera.width; u += grid)
-            if (const float z = surface.z()(u, v); z != 0.0f)
-                of(Eigen::Vector2d(u, v), camera.back_project(u, v, z));
-}
-
-} // namespace
+namespace {} // namespace
 
 KeyframeSet::KeyframeSet(int capacity, const Views &views, const SurfaceOptions &surface_options,
                          const TemplateOptions &template_options)
@@ -55,9 +44,9 @@ Keyframe &KeyframeSet::push(const Pose &current_from_world) {
 float visible_share(const DepthSurface &surface, const Intrinsics &from, const Pose &pose,
                     const Intrinsics &to) {
     int sampled = 0, visible = 0;
-    for_sampled_points(surface, from, [&](const Eigen::Vector2d &, const Eigen::Vector3d &X) {
+    for_sampled_readings(surface, [&](int u, int v, float z) {
         ++sampled;
-        const Eigen::Vector3d Y = pose * X;
+        const Eigen::Vector3d Y = pose * from.back_project(u, v, z);
         if (!(Y.z() > nearest_seen_m))
             return;
         const Eigen::Vector2d p = to.project(Y);
@@ -69,11 +58,11 @@ float visible_share(const DepthSurface &surface, const Intrinsics &from, const P
 float mean_displacement(const DepthSurface &surface, const Intrinsics &camera, const Pose &pose) {
     double sum = 0;
     int count = 0;
-    for_sampled_points(surface, camera, [&](const Eigen::Vector2d &p, const Eigen::Vector3d &X) {
-        const Eigen::Vector3d Y = pose * X;
+    for_sampled_readings(surface, [&](int u, int v, float z) {
+        const Eigen::Vector3d Y = pose * camera.back_project(u, v, z);
         if (!(Y.z() > nearest_seen_m))
             return;
-        sum += std::min((camera.project(Y) - p).norm() / camera.fx, 1.0);
+        sum += std::min((camera.project(Y) - Eigen::Vector2d(u, v)).norm() / camera.fx, 1.0);
         ++count;
     });
     return count > 0 ? static_cast<float>(sum / count) : 0.0f;

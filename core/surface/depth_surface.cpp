@@ -38,6 +38,7 @@ void DepthSurface::read(DepthView depth, WorkerPool &pool, const DepthCorrection
     find_edges();
     grow_distance();
     smoothing_.run({raw_, distance_, amplitude, noise_}, pool, smooth_);
+    find_sample_step();
 }
 
 void DepthSurface::rebuild(DepthView depth, WorkerPool &pool) {
@@ -126,32 +127,55 @@ void DepthSurface::measure_noise() {
 // A pixel is on an edge when a neighbour is on another surface. A hole is an edge only where both
 // of its sides differ: sensor holes inside a surface are common and harmless.
 void DepthSurface::find_edges() {
-    constexpr int slope_rows = 32; ///< slopes are found in one row of so many
     const int w = smooth_.width(), h = smooth_.height();
-    const EdgeRule rule = {options_.edge_relative, noise_};
-    float slope_sum = 0;
-    int slopes = 0;
     jump_sum_ = 0;
     jumps_ = 0;
     std::ranges::fill(distance_.pixels(), std::uint8_t{far_from_edge});
     std::int16_t *steps = steps_[0].data(), *steps_below = steps_[1].data();
     const SixSigmaFactors six_sigmas(noise_, units_);
-    find_steps(raw_.row(0), w, rule.edge_relative, six_sigmas, steps);
+    find_steps(raw_.row(0), w, options_.edge_relative, six_sigmas, steps);
     for (int v = 0; v < h; ++v) {
         const UnitDepth *row = raw_.row(v), *below = raw_.row(std::min(v + 1, h - 1));
-        find_steps(below, w, rule.edge_relative, six_sigmas, steps_below);
+        find_steps(below, w, options_.edge_relative, six_sigmas, steps_below);
         compare_neighbours({row, steps}, {below, steps_below}, w, flags_.data());
         mark_row(v);
         std::swap(steps, steps_below);
-        if (v % slope_rows != 0)
-            continue;
-        const Slopes across = find_slopes(row, row + 1, w - 1, rule, units_);
-        const Slopes down = find_slopes(row, below, v + 1 < h ? w : 0, rule, units_);
-        slope_sum += across.sum + down.sum;
-        slopes += across.pairs + down.pairs;
     }
     edge_jump_ = jump_sum_ / static_cast<float>(std::max(1, jumps_));
-    slope_ = slope_sum / static_cast<float>(std::max(1, slopes));
+    measure_slope();
+}
+
+/// In one row of 32; in all rows, where only few have readings and these were missed.
+void DepthSurface::measure_slope() {
+    const int w = smooth_.width(), h = smooth_.height();
+    const EdgeRule rule = {options_.edge_relative, noise_};
+    float sum = 0;
+    int pairs = 0;
+    for (const int step : {32, 1}) {
+        for (int v = 0; v < h; v += step) {
+            const UnitDepth *row = raw_.row(v), *below = raw_.row(std::min(v + 1, h - 1));
+            const Slopes across = find_slopes(row, row + 1, w - 1, rule, units_);
+            const Slopes down = find_slopes(row, below, v + 1 < h ? w : 0, rule, units_);
+            sum += across.sum + down.sum;
+            pairs += across.pairs + down.pairs;
+        }
+        if (pairs > 0)
+            break;
+    }
+    slope_ = sum / static_cast<float>(std::max(1, pairs));
+}
+
+void DepthSurface::find_sample_step() {
+    constexpr int enough = 16;
+    for (const int step : {32, 8, 2, 1}) {
+        sample_step_ = step;
+        int readings = 0;
+        for (int v = step / 2; v < smooth_.height(); v += step)
+            for (int u = step / 2; u < smooth_.width(); u += step)
+                readings += smooth_(u, v) != 0.0f;
+        if (readings >= enough)
+            return;
+    }
 }
 
 /// Marks the edges at the pixels of a row that are flagged.

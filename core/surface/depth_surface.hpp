@@ -69,6 +69,9 @@ public:
     /// Pixels to the next depth edge (1 = on it), at most far_from_edge.
     ImageView<const std::uint8_t> edge_distance() const { return distance_; }
     const SurfacePieces &pieces() const { return pieces_; }
+    /// Step of a grid over the map, pixels, on which there are readings enough for a mean over the
+    /// surface: finer where only few pixels have any, 1 at the finest.
+    int sample_step() const { return sample_step_; }
     /// Mean |dz| / z between neighbouring pixels: across depth edges (edge_jump), inside surfaces
     /// (slope).
     float edge_jump() const { return edge_jump_; }
@@ -87,6 +90,8 @@ private:
     void load(DepthView depth);
     void measure_noise();
     void find_edges();
+    void measure_slope();
+    void find_sample_step();
     void mark_row(int v);
     void mark(int u, int v, int du, int dv);
     void mark_edge(int u, int v);
@@ -109,6 +114,7 @@ private:
     Image<std::uint8_t> inside_;                     ///< 1 where a reading is not on an edge
     SurfacePieces pieces_;
     float edge_jump_ = 0, slope_ = 0;
+    int sample_step_ = 1;
     float jump_sum_ = 0;
     int jumps_ = 0;
     bool finished_ = true;

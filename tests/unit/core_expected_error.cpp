@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/error/expected_error.hpp"
+#include "core/keyframe/keyframe.hpp"
 #include "tests/catch.hpp"
 
 #include <cmath>
@@ -16,9 +17,10 @@ double plane_depth(const Eigen::Vector3d &n, double u, double v) {
     return 1 / n.dot(camera.back_project(u, v, 1));
 }
 
-DepthSurface plane(const Eigen::Vector3d &n) {
+/// The plane n.X = 1, seen in some rows.
+DepthSurface plane(const Eigen::Vector3d &n, int first_row = 0, int end_row = camera.height) {
     DepthMap map(camera.width, camera.height);
-    for (int v = 0; v < camera.height; ++v)
+    for (int v = first_row; v < end_row; ++v)
         for (int u = 0; u < camera.width; ++u)
             map(u, v) = static_cast<std::uint16_t>(std::lround(1000 * plane_depth(n, u, v)));
     WorkerPool pool(1);
@@ -126,12 +128,33 @@ TEST_CASE("what measurements teach scales the error of a fresh map and what carr
           Approx(std::hypot(2 * fresh, 3 * carried)));
 }
 
-TEST_CASE("the expected error is finite when no pixel of the map is in view", "[core]") {
+TEST_CASE("a strip of readings is expected to be as wrong wherever in the picture it is",
+          "[core]") {
+    const Eigen::Vector3d n{0.05, 0.1, 0.4};
+    const Eigen::Matrix<float, 6, 6> covariance = 1e-4f * Eigen::Matrix<float, 6, 6>::Identity();
+    const auto error_of = [&](const DepthSurface &strip) {
+        return map_error(strip, Views(camera), {}, covariance, ErrorOptions{});
+    };
+    const int rows = GENERATE(30, 6, 1);
+    const int on_grid = GENERATE(1, 0);
+    const DepthSurface strip = on_grid != 0 ? plane(n, 112, 112 + rows) : plane(n, 113, 113 + rows);
+    const MapError whole = error_of(plane(n, 100, 140)), error = error_of(strip);
+    CHECK(error.pose_relative == Approx(whole.pose_relative).epsilon(0.2));
+    CHECK(error.shift_px == Approx(whole.shift_px).epsilon(0.2));
+    CHECK(visible_share(strip, camera, {}, camera) >
+          0.99f); // pixels of column 0 may be just outside
+    CHECK(mean_displacement(strip, camera, {{}, {0.01, 0, 0}}) > 0);
+    if (rows > 1)
+        CHECK(error.slope == Approx(whole.slope).epsilon(0.5));
+}
+
+TEST_CASE("a map of which no pixel is in view is expected to be wrong by its whole depth",
+          "[core]") {
     const MapError error =
         map_error(plane({0, 0, 0.5}), camera, Pose{Eigen::Matrix3d::Identity(), {50, 0, 0}},
                   Eigen::Matrix<float, 6, 6>::Identity(), ErrorOptions{});
-    CHECK(error.shift_px == 0.0f);
-    CHECK(error.pose_relative == 0.0f);
+    CHECK(error.shift_px == 100);
+    CHECK(error.pose_relative == 1);
 }
 
 TEST_CASE("the uncorrelated share of a map's error grows with the displacement between two maps",
