@@ -68,15 +68,20 @@ bool Gate::wants_light(const Estimate &estimate, bool ready, const FrameSchedule
         frame_at_ = since_measurement_;
         frame_interval_ = frames.next_in;
     }
-    if (since_measurement_ == 1) {
-        first_mre_ = last_mre_;
-        first_independent_ = last_independent_;
-        first_coverage_ = estimate.relative_coverage;
-        excess_ = 0;
-    }
-    excess_ += excess_of(last_independent_);
     fresh_mre_ = estimate.fresh_mre;
     lost_ = estimate.wants_measurement;
+    // A map that was lost tells nothing of how errors grow, and may not be the last one without a
+    // measurement.
+    if (!lost_ && since_measurement_ > 0) {
+        if (first_at_ == 0) {
+            first_at_ = since_measurement_;
+            first_mre_ = last_mre_;
+            first_independent_ = last_independent_;
+            first_coverage_ = estimate.relative_coverage;
+            excess_ = 0;
+        }
+        excess_ += excess_of(last_independent_);
+    }
     tokens_ = std::min(tokens_ + policy_.duty_cycle_budget / 100, policy_.budget_burst);
     if (!ready || policy_.mode == GateMode::off)
         waited_ = -1;
@@ -98,15 +103,14 @@ bool Gate::wants_light(const Estimate &estimate, bool ready, const FrameSchedule
 void Gate::measured() {
     if (!kept_)
         latency_ = std::max(waited_, 0);
-    // The error of a map that was lost tells nothing of how errors grow.
-    if (frame_at_ > 1 && !lost_) {
+    if (is_carried_on() && !lost_) {
         const double least = least_carried * first_independent_;
         growth_ = first_independent_ > 0 ? growth_per_image() / std::max(carried(), least) : 0;
     }
     kept_images_ = kept_ ? kept_images_ + since_measurement_ : 0;
     kept_ = !exhausted_ && (policy_.mode == GateMode::always_on ||
                             (policy_.mode == GateMode::automatic && wakes_too_late()));
-    since_measurement_ = frame_at_ = 0;
+    since_measurement_ = frame_at_ = first_at_ = 0;
     waited_ = -1;
     requested_ = false;
 }
@@ -175,8 +179,9 @@ bool Gate::would_help(double independent_mre) const {
 /// By how much the error grows from image to image, percent: as it has since the first map after
 /// the measurement, or, where no other has been made, as with the measurement before.
 double Gate::growth_per_image() const {
-    return frame_at_ > 1 ? std::max(last_independent_ - first_independent_, 0.0) / (frame_at_ - 1)
-                         : growth_ * carried();
+    return is_carried_on()
+               ? std::max(last_independent_ - first_independent_, 0.0) / (frame_at_ - first_at_)
+               : growth_ * carried();
 }
 
 /// Whether the map will be too wrong or too small by the time a measurement could arrive: error and
@@ -193,8 +198,8 @@ GateReason Gate::judge_map(const Estimate &estimate, const FrameSchedule &frames
     const int ahead = in_time ? since_measurement_ - frame_at_ + latency_ : 0;
     const double growth = ahead * growth_per_image();
     const double lost =
-        frame_at_ > 1
-            ? std::max(first_coverage_ - estimate.relative_coverage, 0.0) / (frame_at_ - 1)
+        is_carried_on()
+            ? std::max(first_coverage_ - estimate.relative_coverage, 0.0) / (frame_at_ - first_at_)
             : 0.0;
     const double coverage = estimate.relative_coverage - ahead * lost;
     if (last_mre_ + growth > policy_.target_mre && would_help(last_independent_ + growth))

@@ -110,6 +110,8 @@ private:
     double carried() const;
     double growth_per_image() const;
     double excess_of(double independent_mre) const;
+    /// Whether there are two maps since the measurement that tell how errors grow.
+    bool is_carried_on() const { return first_at_ > 0 && frame_at_ > first_at_; }
     bool would_help(double independent_mre) const;
     GateReason judge_map(const Estimate &estimate, const FrameSchedule &frames) const;
     bool too_old(const Estimate &estimate) const;
@@ -119,6 +121,7 @@ private:
     GatePolicy policy_;
     int since_measurement_ = -1; ///< images; -1: never measured
     int frame_at_ = 0;           ///< since_measurement_ of the last image with a depth map
+    int first_at_ = 0;           ///< that of the first image that was not lost; 0: none yet
     int frame_interval_ = 1;     ///< images from that one to the next of which one was due
     int waited_ = -1;            ///< images since the light was asked for; -1: it was not
     int latency_ = 0;
@@ -129,9 +132,9 @@ private:
     bool requested_ = false;
     GateReason reason_ = GateReason::none;
     bool budget_spent_ = false;
-    // Percent: expected_mre and moved_mre of the first estimate since the measurement, and of the
-    // last one; the same with independent_mre; relative coverage of the first; fresh_mre of the
-    // last.
+    // Percent: expected_mre and moved_mre of the first estimate since the measurement that was not
+    // lost, and of the last one; the same with independent_mre; relative coverage of the first;
+    // fresh_mre of the last.
     double first_mre_ = 0, last_mre_ = 0;
     double first_independent_ = 0, last_independent_ = 0;
     double first_coverage_ = 0;

@@ -91,6 +91,28 @@ TEST_CASE("the gate lights when a measurement saves more squared error than it c
     CHECK(first_lit(constant, 200, [](int) { return expecting(2.9f); }) == 0);
 }
 
+TEST_CASE("a lost image that gets no light changes nothing of what the gate knows of errors",
+          "[core]") {
+    const auto growing = [](int image) { return expecting(0.5 + 0.06 * image); };
+    GatePolicy policy;
+    policy.shortest_interval_frames = 6; // so that a lost image is not lit
+    Gate undisturbed = measured_gate(policy);
+    const int lit = first_lit(undisturbed, 40, growing);
+    REQUIRE(lit > 6);
+    const auto lost = GENERATE(std::vector{1}, std::vector{1, 2}, std::vector{3}, std::vector{5});
+    Gate gate = measured_gate(policy);
+    const int lit_with_lost = first_lit(gate, 40, [&](int image) {
+        if (std::ranges::find(lost, image) == lost.end())
+            return growing(image);
+        Estimate estimate = bad;
+        estimate.expected_mre = estimate.independent_mre = 100;
+        estimate.relative_coverage = 0;
+        return estimate;
+    });
+    CAPTURE(lost);
+    CHECK(std::abs(lit_with_lost - lit) <= static_cast<int>(lost.size()));
+}
+
 TEST_CASE("the gate does not light to save an error that near views have in common", "[core]") {
     // The expected error grows, but only because the errors become less correlated.
     const auto less_correlated = [](int k) {
