@@ -216,7 +216,8 @@ Status protocol(const ProtocolArguments &arguments) {
         print_heading("all");
         print("  / true-depth pose", all_ratios.means(), 1);
         fmt::print("/ true-depth pose: geometric mean of the ratios to the same frames with the "
-                   "pose refined\non the true depth and lit by the true error; no bound, for the "
+                   "pose refined\non the true depth and lit by the true error and coverage; no "
+                   "bound, for the "
                    "gates light different frames\n");
     }
     return ok();

@@ -18,7 +18,7 @@ constexpr int synthetic_frames = 300; ///< unless told otherwise
 
 /// The preset that looks at the truth (oracle.hpp). Only some commands have it; the daemon has not.
 inline constexpr const char *oracle_preset = "oracle";
-/// Its gate, which lights at the true error alone.
+/// Its gate: it lights at a true error above the target, and below the usual coverage_floor.
 inline constexpr GatePolicy oracle_gate = {.target_mre = 1.5, .measurement_price = 0};
 
 /// How depth is to be made, as told on a command line.

@@ -39,7 +39,7 @@ public:
             }
         }
         estimate_.expected_mre = estimate_.independent_mre = static_cast<float>(errors.mre);
-        estimate_.fresh_mre = 0;
+        estimate_.fresh_mre = estimate_.moved_mre = 0;
         estimate_.relative_coverage = static_cast<float>(errors.coverage());
         return estimate_;
     }

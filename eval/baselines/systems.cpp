@@ -89,7 +89,8 @@ constexpr Row rows[] = {
      make_median_filtered},
     {{.name = "oracle",
       .title = "True-depth pose",
-      .method = "afterglow with the pose refined on the true depth, lit by the true error",
+      .method =
+          "afterglow with the pose refined on the true depth, lit by the true error and coverage",
       .fitted_to_truth = true},
      make_oracle},
 };

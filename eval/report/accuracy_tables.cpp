@@ -214,7 +214,8 @@ std::optional<Table> summary_table(const Results &results) {
     table.explanation = fmt::format(
         "Medians over the {}: {}. No system is tuned to the data: afterglow with preset default, "
         "This Work with the threshold of the paper. True-depth pose is afterglow with its pose "
-        "refined on the true depth and lit by the true error at 1.5 %; it lights other frames, so "
+        "refined on the true depth and lit by the true error at 1.5 % and by coverage; it lights "
+        "other frames, so "
         "it is no bound. Lit: frames for which the illuminator is on, those of the TOF camera's "
         "waking up included. MRE (mean relative error) and coverage are over the estimated frames; "
         "MRE counts only pixels that are covered. r: correlation of a frame's expected error with "
