@@ -18,8 +18,9 @@ namespace afterglow {
 /// Switches a light in a thread of its own, because a call takes from 5 ms to a second.
 ///
 /// set() gives an order and returns at once. The error of an order that failed is returned by the
-/// next set(), and lit() then goes back to the state before it; a failure to switch off is logged
-/// by the switching thread as well. was_lit() is true from the order to switch on until the call
+/// next set(), and lit() then goes back to the state before it. A failure to switch off is logged
+/// by the switching thread as well, which tries again each second until the light obeys or there is
+/// another order; then lit() says so. was_lit() is true from the order to switch on until the call
 /// that switched off has returned. All functions are the estimator thread's, and allocate nothing
 /// unless the light fails. The destructor waits until the light has been switched off, or has
 /// failed and that was logged.
@@ -58,6 +59,7 @@ private:
     void take_done() const;
     void close_span(std::int64_t end_ns) const;
     void run() noexcept;
+    bool wait_for_order(const Order &seen, bool is_stuck) const;
 
     std::unique_ptr<Illuminator> light_; ///< used by the switching thread
     std::atomic<Order> order_{};

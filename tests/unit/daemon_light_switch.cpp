@@ -168,6 +168,51 @@ TEST_CASE("the light switch leaves the light off when destroyed", "[tsan]") {
     CHECK(lamp.destroyed);
 }
 
+TEST_CASE("a light that fails to go dark is tried again until it obeys, though nobody asks") {
+    SlowLamp lamp;
+    lamp.may_end.release(1000);
+    const CapturedStderr captured;
+    LightSwitch light(std::make_unique<SlowLight>(lamp));
+    CHECK(light.set(true));
+    expect_soon([&] { return lamp.on.load(); });
+    lamp.fails = true;
+    CHECK(light.set(false));
+    expect_soon([&] { return lamp.switched >= 4; });
+    CHECK(light.was_lit(now_ns()));
+    CHECK_FALSE(light.set(false)); // as the frame loop does when it stops: takes the error
+    lamp.fails = false;
+    expect_soon([&] { return !lamp.on; });
+    expect_soon([&] { return !light.lit(); });
+    CHECK_FALSE(light.was_lit(now_ns()));
+    const std::string text = captured.text();
+    CHECK(text.find("may still be lit") == text.rfind("may still be lit"));
+    CHECK(text.find("the illuminator is dark\n") != std::string::npos);
+    // Then it works as before.
+    CHECK(light.set(true));
+    expect_soon([&] { return lamp.on.load(); });
+}
+
+TEST_CASE("a light that fails to go on, and then to go off, is put out as soon as it obeys") {
+    SlowLamp lamp;
+    const CapturedStderr captured;
+    LightSwitch light(std::make_unique<SlowLight>(lamp));
+    lamp.fails = lamp.obeys_anyway = true; // it is lit, and says that it is not
+    CHECK(light.set(true));
+    lamp.begun.acquire();
+    lamp.may_end.release();
+    lamp.begun.acquire(); // to go off
+    CHECK(lamp.on);
+    lamp.obeys_anyway = false;
+    lamp.may_end.release();
+    lamp.begun.acquire(); // again
+    CHECK(lamp.on);
+    lamp.fails = false;
+    lamp.may_end.release();
+    expect_soon([&] { return !lamp.on; });
+    CHECK(captured.text().find("the illuminator may still be lit: the lamp is stuck\n") !=
+          std::string::npos);
+}
+
 TEST_CASE("a light that fails to go dark while nobody asks is logged, once for each failure") {
     SlowLamp lamp;
     const CapturedStderr captured;
