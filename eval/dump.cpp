@@ -18,6 +18,8 @@ std::string cell(const std::optional<double> &value) {
 const char *source_of(const FrameScore &frame) {
     if (frame.skipped)
         return "skipped";
+    if (frame.is_empty)
+        return "none";
     return frame.measured ? "measured" : "estimated";
 }
 

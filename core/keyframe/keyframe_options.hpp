@@ -30,6 +30,8 @@ struct KeyframeOptions {
     WarpOptions warp;
     ComposeOptions compose;
     ErrorOptions error;
+    /// A calibration (Views::calibrated) that is found to be wrong is corrected.
+    bool correct_calibration = true;
 };
 
 } // namespace afterglow

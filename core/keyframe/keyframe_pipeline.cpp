@@ -17,7 +17,7 @@ KeyframePipeline::KeyframePipeline(const KeyframeOptions &options, const Views &
       published_(views.surface, views.published, views.published_from_surface(), options.surface,
                  options.warp, pool),
       publication_(options, views, pool) {
-    if (views.calibrated)
+    if (views.calibrated && options.correct_calibration)
         guard_ = std::make_unique<CalibrationGuard>(
             views, options.alignment_template.coarsest_level, options.warp, pool);
 }

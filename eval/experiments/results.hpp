@@ -25,6 +25,7 @@ struct Score {
     Setting setting;
     Summary summary;
     std::string layout;                ///< of the dataset; empty where it is not known
+    std::string footage{};             ///< which frames, as `run --json` says; empty: not known
     ExpectedAgainstTrue calibration{}; ///< of afterglow with its default target alone
 };
 
@@ -90,6 +91,8 @@ struct Results {
     std::vector<Timing> system_times; ///< Table V; the reference is the paper's system
     /// CPU time of all threads for a frame that is estimated; the reference is the paper's system.
     std::vector<Timing> system_cpu_times;
+    /// The same for a frame that is measured; the reference is an estimate of the paper's system.
+    std::vector<Timing> measured_cpu_times;
     std::vector<Timing> stage_times; ///< of the paper's system; the reference is their sum
     std::vector<RansacScore> ransac;
     std::vector<Ablation> ablations; ///< by dataset; of each "default" comes first

@@ -44,9 +44,11 @@ double stages_work();
 struct SystemTimes {
     std::vector<Timing> estimates; ///< time of a frame's estimate
     std::vector<Timing> cpu;       ///< CPU time of all threads for such a frame
+    /// The same for a measured frame; the ratios are to an estimate of the paper's system.
+    std::vector<Timing> measured_cpu;
 };
 /// Table V: a frame's estimate by every system, on the same frames; without `baselines` only by the
-/// paper's and afterglow. Measured frames do not count.
+/// paper's and afterglow.
 SystemTimes time_systems(const Sequence &sequence, bool baselines, int workers, Watch &watch);
 
 /// The work of that.

@@ -188,6 +188,7 @@ private:
                  SystemTimes times = time_systems(*sequence, what_.runtime, workers, watch_);
                  results_.system_times = std::move(times.estimates);
                  results_.system_cpu_times = std::move(times.cpu);
+                 results_.measured_cpu_times = std::move(times.measured_cpu);
              }},
             {what_.compare || what_.tradeoff || what_.power, "all systems",
              frames * sweep_work(breadth()),

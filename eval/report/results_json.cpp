@@ -73,6 +73,10 @@ Score score_of(const json &object) {
     Score score{.setting = {}, .summary = object.get<Summary>(), .layout = {}};
     if (const auto settings = object.find("settings"); settings != object.end()) {
         settings->at("layout").get_to(score.layout);
+        json footage = *settings;
+        footage.erase("parameters");
+        footage["frames scored"] = score.summary.frames;
+        score.footage = footage.dump();
         score.setting = setting_of(settings->at("parameters"), score.summary.preset);
     }
     return score;
@@ -89,17 +93,42 @@ bool has_times(const Results &results) {
            !results.stage_times.empty();
 }
 
-void add(const json &object, Results &results) {
-    if (!object.contains("scores")) {
-        results.scores.push_back(score_of(object));
-        return;
-    }
+/// Why a score cannot stand beside one that is there already; "" where it can. Only names tell
+/// datasets apart.
+std::string conflict_of(const Score &score, const Score &other) {
+    const std::string &dataset = score.summary.dataset;
+    if (dataset != other.summary.dataset)
+        return {};
+    if (score.summary.preset == other.summary.preset && score.setting.name == other.setting.name &&
+        score.setting.value == other.setting.value)
+        return fmt::format("there is a score of '{}' with preset {} and the same setting already: "
+                           "give folders of different recordings different names",
+                           dataset, score.summary.preset);
+    if (!score.footage.empty() && !other.footage.empty() && score.footage != other.footage)
+        return fmt::format("it is of other frames of '{}' than an earlier file: {} instead of {}",
+                           dataset, score.footage, other.footage);
+    return {};
+}
+
+Status add_score(Score score, Results &results) {
+    for (const Score &other : results.scores)
+        if (const std::string conflict = conflict_of(score, other); !conflict.empty())
+            return Error{conflict};
+    results.scores.push_back(std::move(score));
+    return ok();
+}
+
+Status add(const json &object, Results &results) {
+    if (!object.contains("scores"))
+        return add_score(score_of(object), results);
     results.complete = results.complete && object.at("complete").get<bool>();
     Results timed;
     append(object, "flow_times", timed.flow_times);
     append(object, "system_times", timed.system_times);
     if (object.contains("system_cpu_times")) // results of earlier versions have none
         append(object, "system_cpu_times", timed.system_cpu_times);
+    if (object.contains("measured_cpu_times")) // the same
+        append(object, "measured_cpu_times", timed.measured_cpu_times);
     append(object, "stage_times", timed.stage_times);
     // Times of different machines cannot be compared: those of one file are kept, with its machine.
     const bool first_times = has_times(timed) && !has_times(results);
@@ -107,6 +136,7 @@ void add(const json &object, Results &results) {
         results.flow_times = std::move(timed.flow_times);
         results.system_times = std::move(timed.system_times);
         results.system_cpu_times = std::move(timed.system_cpu_times);
+        results.measured_cpu_times = std::move(timed.measured_cpu_times);
         results.stage_times = std::move(timed.stage_times);
     }
     if (first_times || results.version.empty()) {
@@ -115,11 +145,20 @@ void add(const json &object, Results &results) {
         results.date = object.value("date", "");
     }
     append(object, "notes", results.notes);
-    append(object, "scores", results.scores);
+    const std::size_t before = results.scores.size();
+    for (Score &score : object.at("scores").get<std::vector<Score>>()) {
+        // Within one report names are told apart already.
+        for (std::size_t i = 0; i < before; ++i)
+            if (const std::string conflict = conflict_of(score, results.scores[i]);
+                !conflict.empty())
+                return Error{conflict};
+        results.scores.push_back(std::move(score));
+    }
     if (results.ransac.empty())
         append(object, "ransac", results.ransac);
     append(object, "ablations", results.ablations);
     append(object, "infill", results.infill);
+    return ok();
 }
 
 } // namespace
@@ -134,6 +173,7 @@ std::string to_json(const Results &results) {
                          {"flow_times", results.flow_times},
                          {"system_times", results.system_times},
                          {"system_cpu_times", results.system_cpu_times},
+                         {"measured_cpu_times", results.measured_cpu_times},
                          {"stage_times", results.stage_times},
                          {"ransac", results.ransac},
                          {"ablations", results.ablations},
@@ -151,7 +191,8 @@ Status read_results(const std::string &path, Results &results) {
         for (; file >> std::ws && file.peek() != std::ifstream::traits_type::eof(); ++objects) {
             json object;
             file >> object;
-            add(object, with);
+            if (const Status added = add(object, with); !added)
+                return Error{fmt::format("{}: {}", path, added.error().message)};
         }
     } catch (const json::exception &error) {
         return Error{fmt::format("{}: not what afterglow-eval run --json or report prints: {}",

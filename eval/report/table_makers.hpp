@@ -65,8 +65,8 @@ struct ProcessingPower {
     }
 };
 /// Of the paper's system as its Eq. 9 has it. Of another: the paper's board, busy for the share of
-/// the paper's CPU time that the system was measured to use and idle for the rest, in lit frames
-/// and dark ones. Nothing where the CPU time was not measured.
+/// the paper's CPU time that the system was measured to use and idle for the rest: that of measured
+/// frames in lit ones, that of estimates in dark ones. Nothing where the CPU time was not measured.
 std::optional<ProcessingPower> processing_power(const Results &results, std::string_view system);
 
 /// Stands beside every figure of power.
@@ -74,7 +74,8 @@ inline constexpr const char *what_is_charged =
     "Charged are, in watts: the TOF camera's power for the share of the frames that are lit; of "
     "This Work as in Eq. 9 the paper's board, busy (0.63 + 0.06) in dark frames and idle "
     "(0.16 + 0.03) in lit ones; of afterglow that board busy for as long as the CPU time measured "
-    "here is, of all threads and relative to This Work's, in every frame, and idle for the rest. "
+    "here is, of all threads and relative to an estimate of This Work, for a measured frame in lit "
+    "frames and for an estimate in dark ones, and idle for the rest. "
     "The watts are the paper's, read from its board; no meter was read here. The image camera is "
     "not charged.";
 

@@ -19,7 +19,8 @@ FrameScore describe(const FrameResult &frame, std::uint64_t index) {
     score.inliers = estimate.inliers;
     score.ms = std::chrono::duration<double, std::milli>(frame.estimation_time).count();
     score.skipped = estimate.depth.empty();
-    if (!score.skipped && estimate.expected_mre >= 0)
+    score.is_empty = estimate.source == FrameSource::none;
+    if (!score.skipped && !score.is_empty && estimate.expected_mre >= 0)
         score.expected_mre = estimate.expected_mre;
     return score;
 }
@@ -54,8 +55,10 @@ Result<Evaluation> evaluate(Footage &footage, PipelineFactory make, const GatePo
             break;
         if (frame.capture == Capture::lost)
             return Error{std::string(frame.problem)};
-        if (frame.capture == Capture::damaged || frame.tof == Capture::damaged)
+        if (frame.capture == Capture::damaged)
             note(evaluation.damaged, frame.problem);
+        else if (frame.tof == Capture::damaged)
+            note(evaluation.bad_maps, frame.problem);
         if (frame.capture == Capture::frame) {
             const std::size_t index = evaluation.frames.size();
             FrameScore &score = evaluation.frames.emplace_back(describe(frame, index));

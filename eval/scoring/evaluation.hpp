@@ -20,7 +20,8 @@ struct FrameScore {
     std::int64_t t_ns = 0;
     bool skipped = false; ///< nobody wanted its depth map: only index, t_ns, lit and ms hold
     bool measured = false;
-    bool lit = false; ///< FrameResult::lit: also while the TOF camera wakes up
+    bool is_empty = false; ///< there was nothing to make a depth map from: FrameSource::none
+    bool lit = false;      ///< FrameResult::lit: also while the TOF camera wakes up
     std::uint32_t age_frames = 0;
     int inliers = 0;
     std::optional<double> expected_mre; ///< percent, where the preset predicts it
@@ -34,8 +35,9 @@ struct FrameScore {
 struct Evaluation {
     std::vector<FrameScore> frames;
     int damaged = 0;     ///< frames of the footage that were dropped as unusable
+    int bad_maps = 0;    ///< measured maps that could not be used; their frames were estimated
     int unscored = 0;    ///< published frames whose truth could not be read
-    std::string problem; ///< the sentence behind the first of either; empty without
+    std::string problem; ///< the sentence behind the first of these; empty without
 };
 
 /// What the caller of evaluate() may want to know while it runs.

@@ -6,9 +6,18 @@
 #include <algorithm>
 
 namespace afterglow {
+namespace {
+
+KeyframeOptions as_calibrated() {
+    KeyframeOptions options;
+    options.correct_calibration = false;
+    return options;
+}
+
+} // namespace
 
 RecordedRigDepth::RecordedRigDepth(const RigGeometry &geometry)
-    : pool_(1), pipeline_(KeyframeOptions(), geometry, pool_),
+    : pool_(1), pipeline_(as_calibrated(), geometry, pool_),
       luma_(geometry.rig.color.pinhole.width, geometry.rig.color.pinhole.height),
       map_(geometry.rig.tof.pinhole.width, geometry.rig.tof.pinhole.height) {}
 

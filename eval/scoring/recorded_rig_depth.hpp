@@ -13,7 +13,7 @@ namespace afterglow {
 
 /// What stands for the true depth of a recording of two cameras: the map that was recorded with an
 /// image, seen by the published camera as a measurement is that follows none. It does not know how
-/// the cameras move, and shows what was there when the map was taken.
+/// the cameras move, corrects no calibration, and shows what was there when the map was taken.
 class RecordedRigDepth {
 public:
     explicit RecordedRigDepth(const RigGeometry &geometry);

@@ -102,6 +102,7 @@ Summary summarize(const Evaluation &evaluation, const std::string &dataset,
     Summary s{.dataset = dataset, .preset = preset};
     s.frames = static_cast<int>(evaluation.frames.size());
     s.damaged = evaluation.damaged;
+    s.bad_maps = evaluation.bad_maps;
     s.unscored = evaluation.unscored;
     std::vector<double> mre, mae, rmse, coverage, ms, predicted, actual;
     for (const FrameScore &frame : evaluation.frames) {
@@ -179,6 +180,8 @@ std::string to_text(const Summary &s) {
                         *s.true_over_expected, misjudged, *s.misjudged_share));
     if (s.damaged > 0)
         add("dropped as unusable", std::to_string(s.damaged));
+    if (s.bad_maps > 0)
+        add("unusable depth maps", std::to_string(s.bad_maps));
     if (s.unscored > 0)
         add("without a readable truth", std::to_string(s.unscored));
     return out;

@@ -45,6 +45,7 @@ struct Summary {
     int lit = 0;
     int measured = 0;
     int damaged = 0;
+    int bad_maps = 0; ///< Evaluation::bad_maps
     int unscored = 0;
     double duty_cycle = 0;                                     ///< frames lit, percent
     double measured_share = 0;                                 ///< frames measured, percent

@@ -10,16 +10,19 @@ namespace {
 
 /// A copy is overtaken only when the writer goes once around the ring meanwhile.
 constexpr int most_attempts = 16;
+/// Whoever is at the other end could send memories for ever. The descriptor stays readable.
+constexpr int most_memories = 16;
 
 } // namespace
 
 int afterglow_stream::update() {
     peeked_ = {};
-    while (true) {
+    for (int memories = 0; memories < most_memories;) {
         const Link::Event event = link.next();
         switch (event.kind) {
         case Link::Event::Kind::memory:
             take(event.message);
+            ++memories;
             continue;
         case Link::Event::Kind::lost:
             linked_ = false;

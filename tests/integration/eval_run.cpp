@@ -304,6 +304,11 @@ TEST_CASE("the light stays on after an unusable depth map", "[eval]") {
         REQUIRE(write_png(depth[0], Luma(320, 240, 9)));
     }
     CHECK(*measured(evaluate(folder, recording, "dump")).begin() == 1);
+    const Ended ended = run({"afterglow-eval", "run", recording, "--json"});
+    const auto json = nlohmann::json::parse(ended.output);
+    CHECK(json.at("damaged") == 0); // its image was published, without depth
+    CHECK(json.at("bad_maps") == 1);
+    CHECK(json.at("frames") == 24);
 }
 
 TEST_CASE("afterglow-eval run names in one line what it cannot evaluate", "[eval]") {

@@ -111,7 +111,8 @@ TEST_CASE("afterglow-eval run counts a frame without depth as an estimate with z
     CHECK(json.at("coverage_median") == 0);
     const auto rows = read_csv(folder.path() + "/dump/frames.csv");
     REQUIRE(rows.size() == 1 + frames);
-    CHECK(rows[1][2] == "estimated");
+    CHECK(rows[1][2] == "none");
+    CHECK(rows[1][4].empty()); // nothing was expected
     CHECK(rows[1][5].empty());
     CHECK(std::stod(rows[1][6]) == 0);
 }

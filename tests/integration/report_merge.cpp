@@ -2,6 +2,7 @@
 #include "tests/catch.hpp"
 #include "tests/program.hpp"
 
+#include <fmt/format.h>
 #include <sys/wait.h>
 
 #include <cstdlib>
@@ -43,6 +44,35 @@ TEST_CASE("afterglow-eval merge combines the results of several jobs", "[report]
                              "--out", folder.path() + "/again"});
     REQUIRE(again.code == 0);
     CHECK(read(folder.path() + "/again/index.html") == page);
+}
+
+TEST_CASE("afterglow-eval merge refuses scores that names do not tell apart", "[report]") {
+    const TemporaryFolder folder;
+    const auto first = folder.write("a.json", desk);
+    const auto same = folder.write("b.json", desk);
+    const Ended twice =
+        run({"afterglow-eval", "merge", first, same, "--out", folder.path() + "/report"});
+    CHECK(twice.code == 1);
+    CHECK(twice.errors.find(same + ": there is a score of 'desk' with preset default and the same "
+                                   "setting already") != std::string::npos);
+    CHECK_FALSE(std::filesystem::exists(folder.path() + "/report"));
+
+    const auto footage = [&](const char *file, const char *preset, int skip) {
+        return folder.write(file, fmt::format(R"({{"dataset": "desk", "preset": "{}",
+            "frames": 100, "measured": 12, "duty_cycle": 12.0,
+            "settings": {{"layout": "tum", "skip": {}, "parameters": {{}}}}}})",
+                                              preset, skip));
+    };
+    const auto from_0 = footage("c.json", "default", 0), other = footage("d.json", "paper", 0);
+    CHECK(
+        run({"afterglow-eval", "merge", from_0, other, "--out", folder.path() + "/report"}).code ==
+        0);
+    const auto from_3 = footage("e.json", "paper", 3);
+    const Ended mixed =
+        run({"afterglow-eval", "merge", from_0, from_3, "--out", folder.path() + "/mixed"});
+    CHECK(mixed.code == 1);
+    CHECK(mixed.errors.find("it is of other frames of 'desk' than an earlier file") !=
+          std::string::npos);
 }
 
 TEST_CASE("afterglow-eval merge names a file it cannot read", "[report]") {

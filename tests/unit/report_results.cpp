@@ -50,6 +50,7 @@ Results sample() {
                     {"Lucas Kanade", 5.5, 4.4, 4.2, 4.6, 30}};
     r.system_times = {{"paper", 7, 1, 1, 1, 30}, {"default", 2.8, 0.4, 0.38, 0.42, 30}};
     r.system_cpu_times = {{"paper", 7, 1, 1, 1, 30}, {"default", 2.8, 0.4, 0.38, 0.42, 30}};
+    r.measured_cpu_times = {{"default", 7, 1, 0.9, 1.1, 5}};
     r.scores[7].calibration = {{1, 2}, {1.5, 4}};
     r.stage_times = {{"flow", 2, 0.25, 0.2, 0.3, 30},
                      {"pose", 1, 0.125, 0.1, 0.15, 30},
@@ -102,6 +103,7 @@ TEST_CASE("a changed result changes the report's page, tables and JSON", "[repor
         {"system time", [](Results &r) { r.system_times[1].ms = 7.77; }},
         {"system ratio", [](Results &r) { r.system_times[1].ratio = 0.777; }},
         {"CPU time", [](Results &r) { r.system_cpu_times[1].ratio = 0.777; }},
+        {"CPU time of a measured frame", [](Results &r) { r.measured_cpu_times[0].ratio = 1.777; }},
         {"true over expected", [](Results &r) { r.scores[7].summary.true_over_expected = 1.77; }},
         {"misjudged", [](Results &r) { r.scores[7].summary.misjudged_share = 17.7; }},
         {"stage share", [](Results &r) { r.stage_times[0].ratio = 0.177; }},
