@@ -139,8 +139,8 @@ void add_device_parameters(ParameterTable &table, Config &c) {
     table.section("rig", "Two cameras that differ in place, lens or size.");
     table.add("rig.calibration", &c.calibration.file, {},
               "File with the calibration of both cameras (docs/calibration.md); set it unless the "
-              "TOF camera's depth is registered to the colour camera. It says what color.width, "
-              "color.height, color.fx and the like, and motion.readout_s say otherwise. A relative "
+              "TOF camera's depth is registered to the colour camera. Its values replace "
+              "color.width, color.height, color.fx and the like, and motion.readout_s. A relative "
               "path starts at the folder of the configuration file.");
     table.section("published", "The camera whose view depth is published in.");
     table.add("published.camera", &c.published.camera, {.choices = published_cameras},

@@ -195,12 +195,14 @@ void add_gate(ParameterTable &table, GatePolicy &gate) {
         "cycle.");
     table.add(
         "gate.measurement_price", &gate.measurement_price, {0, 100000, "frames"},
-        "Mode auto, preset default: what a measurement costs, in frames at the target error; raise "
-        "it to save light, lower it for smaller errors.");
-    table.add("gate.worthwhile", &gate.worthwhile, {1, 100, "percent"},
-              "Mode auto, preset default: share of the expected error to which a measurement must "
-              "promise to lower it; raise it when the target is missed although the light is dark.",
-              predicting);
+        "Mode auto, preset default: what a measurement costs, as a number of frames at the target "
+        "error; raise it to save light, lower it for smaller errors.");
+    table.add(
+        "gate.worthwhile", &gate.worthwhile, {1, 100, "percent"},
+        "Mode auto, preset default: a measurement is made for the error only if it is expected to "
+        "lower it to this share or less; raise it when the target is missed although the "
+        "light is dark.",
+        predicting);
     table.add("gate.coverage_floor", &gate.coverage_floor, {0, 100, "percent"},
               "Mode auto, preset default: least share of what a measurement would cover; raise it "
               "for more coverage at a higher duty cycle.",
