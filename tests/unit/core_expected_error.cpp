@@ -143,7 +143,7 @@ TEST_CASE("a strip of readings is expected to be as wrong wherever in the pictur
     CHECK(error.shift_px == Approx(whole.shift_px).epsilon(0.2));
     CHECK(visible_share(strip, camera, {}, camera) >
           0.99f); // pixels of column 0 may be just outside
-    CHECK(mean_displacement(strip, camera, {{}, {0.01, 0, 0}}) > 0);
+    CHECK(mean_displacement(strip, camera, {Eigen::Matrix3d::Identity(), {0.01, 0, 0}}) > 0);
     if (rows > 1)
         CHECK(error.slope == Approx(whole.slope).epsilon(0.5));
 }
