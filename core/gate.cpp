@@ -70,8 +70,8 @@ bool Gate::wants_light(const Estimate &estimate, bool ready, const FrameSchedule
     }
     fresh_mre_ = estimate.fresh_mre;
     lost_ = estimate.wants_measurement;
-    // A map that was lost tells nothing of how errors grow. Others may follow without a measurement,
-    // where the budget is spent.
+    // A map that was lost tells nothing of how errors grow. Others may follow without a
+    // measurement, where the budget is spent.
     if (!lost_ && since_measurement_ > 0) {
         if (first_at_ == 0) {
             first_at_ = since_measurement_;
