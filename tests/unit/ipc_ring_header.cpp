@@ -3,7 +3,10 @@
 // What a reader accepts as a ring, and what it can do to one.
 #include "ipc/ring/stream_message.hpp"
 #include "tests/test_ring.hpp"
+#include "tests/wait_until.hpp"
 
+#include <linux/sockios.h>
+#include <sys/ioctl.h>
 #include <sys/mman.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -287,6 +290,32 @@ TEST_CASE("a stream ends when its daemon sends a memory of other planes", "[ipc]
     Planes planes(stream.get());
     CHECK(afterglow_read_latest(stream.get(), nullptr, planes.wanted, 2) == -EPROTO);
     CHECK(afterglow_wait(stream.get(), -1) == -EPROTO);
+}
+
+TEST_CASE("a daemon that sends memory upon memory does not hold a reader", "[ipc]") {
+    TestRing ring;
+    const ReaderFds memory = *ring.writer().reader_fds(false);
+    int ends[2];
+    REQUIRE(::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends) == 0);
+    const UniqueFd daemon_end(ends[0]);
+    REQUIRE(send_memory(ends[0], memory, 1));
+    afterglow_stream *opened = nullptr;
+    REQUIRE(afterglow_open_fd(ends[1], &opened) == 0);
+    const Stream stream(opened);
+    for (int i = 0; i < 100; ++i)
+        REQUIRE(send_memory(ends[0], memory, 1));
+    const auto unread = [&] {
+        int bytes = 0;
+        REQUIRE(::ioctl(ends[0], SIOCOUTQ, &bytes) == 0);
+        return bytes;
+    };
+    const int sent = unread();
+    CHECK(afterglow_wait(stream.get(), 0) == -ETIMEDOUT);
+    CHECK(unread() > sent / 2);
+    // Frames that come meanwhile are found all the same.
+    ring.write();
+    REQUIRE(wait_until([&] { return afterglow_wait(stream.get(), 0) == 0; }));
+    CHECK(afterglow_read_latest(stream.get(), nullptr, nullptr, 0) == 0);
 }
 
 TEST_CASE("a ring with a random header is refused or read without harm", "[ipc]") {
