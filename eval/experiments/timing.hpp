@@ -48,7 +48,7 @@ struct SystemTimes {
     std::vector<Timing> measured_cpu;
 };
 /// Table V: a frame's estimate by every system, on the same frames; without `baselines` only by the
-/// paper's and afterglow.
+/// paper's and afterglow. Measured frames count for measured_cpu alone.
 SystemTimes time_systems(const Sequence &sequence, bool baselines, int workers, Watch &watch);
 
 /// The work of that.

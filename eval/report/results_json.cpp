@@ -93,34 +93,37 @@ bool has_times(const Results &results) {
            !results.stage_times.empty();
 }
 
-/// Why a score cannot stand beside one that is there already; "" where it can. Only names tell
-/// datasets apart.
+/// Why a score cannot stand beside another one; "" where it can. Only names tell datasets apart.
 std::string conflict_of(const Score &score, const Score &other) {
     const std::string &dataset = score.summary.dataset;
     if (dataset != other.summary.dataset)
         return {};
     if (score.summary.preset == other.summary.preset && score.setting.name == other.setting.name &&
         score.setting.value == other.setting.value)
-        return fmt::format("there is a score of '{}' with preset {} and the same setting already: "
-                           "give folders of different recordings different names",
-                           dataset, score.summary.preset);
+        return fmt::format(
+            "there is a score of '{}' with preset {} and the same setting already, and "
+            "nothing else tells scores apart: give folders of different recordings "
+            "different names",
+            dataset, score.summary.preset);
     if (!score.footage.empty() && !other.footage.empty() && score.footage != other.footage)
         return fmt::format("it is of other frames of '{}' than an earlier file: {} instead of {}",
                            dataset, score.footage, other.footage);
     return {};
 }
 
-Status add_score(Score score, Results &results) {
-    for (const Score &other : results.scores)
-        if (const std::string conflict = conflict_of(score, other); !conflict.empty())
-            return Error{conflict};
-    results.scores.push_back(std::move(score));
+/// Adds the scores of one file to those of earlier ones. Within a file they are told apart already.
+Status add_scores(const std::vector<Score> &scores, Results &results) {
+    for (const Score &score : scores)
+        for (const Score &other : results.scores)
+            if (const std::string conflict = conflict_of(score, other); !conflict.empty())
+                return Error{conflict};
+    results.scores.insert(results.scores.end(), scores.begin(), scores.end());
     return ok();
 }
 
 Status add(const json &object, Results &results) {
     if (!object.contains("scores"))
-        return add_score(score_of(object), results);
+        return add_scores({score_of(object)}, results);
     results.complete = results.complete && object.at("complete").get<bool>();
     Results timed;
     append(object, "flow_times", timed.flow_times);
@@ -145,15 +148,9 @@ Status add(const json &object, Results &results) {
         results.date = object.value("date", "");
     }
     append(object, "notes", results.notes);
-    const std::size_t before = results.scores.size();
-    for (Score &score : object.at("scores").get<std::vector<Score>>()) {
-        // Within one report names are told apart already.
-        for (std::size_t i = 0; i < before; ++i)
-            if (const std::string conflict = conflict_of(score, results.scores[i]);
-                !conflict.empty())
-                return Error{conflict};
-        results.scores.push_back(std::move(score));
-    }
+    if (const Status added = add_scores(object.at("scores").get<std::vector<Score>>(), results);
+        !added)
+        return added;
     if (results.ransac.empty())
         append(object, "ransac", results.ransac);
     append(object, "ablations", results.ablations);

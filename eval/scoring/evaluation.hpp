@@ -35,7 +35,7 @@ struct FrameScore {
 struct Evaluation {
     std::vector<FrameScore> frames;
     int damaged = 0;     ///< frames of the footage that were dropped as unusable
-    int bad_maps = 0;    ///< measured maps that could not be used; their frames were estimated
+    int bad_maps = 0;    ///< maps of the TOF camera that could not be used
     int unscored = 0;    ///< published frames whose truth could not be read
     std::string problem; ///< the sentence behind the first of these; empty without
 };

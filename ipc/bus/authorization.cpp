@@ -183,10 +183,13 @@ int Authorization::put_aside(Client &client, sd_bus_message *call, std::optional
         return answer(call, error_busy,
                       fmt::format("You have {} calls in flight.", client.waiting.size()));
     BusMessage copy;
-    if (const int error = copy_call(call, copy); error == -E2BIG || error == -EINVAL)
-        return answer(call, SD_BUS_ERROR_INVALID_ARGS, "No call takes such arguments.");
-    else if (error < 0)
-        return error;
+    const int copied = copy_call(call, copy);
+    if (copied == -E2BIG || copied == -EINVAL)
+        return answer(call, SD_BUS_ERROR_INVALID_ARGS,
+                      "The arguments are more or longer than any method takes, or one is a file "
+                      "descriptor.");
+    if (copied < 0)
+        return copied;
     if (!client.asking) {
         const int error = missing ? ask_polkit(client, *missing, call) : ask_bus(client);
         if (error < 0)

@@ -5,9 +5,9 @@
 
 namespace afterglow {
 
-/// A call to be kept and dispatched later, of `call`, which is not kept: whatever its sender put
-/// beside the arguments, as descriptors that no argument names, ends with it. The copy has the same
-/// sender and is answered in the same way. Its size is bounded.
+/// Makes a copy of `call` to be kept and dispatched later. The copy has the same sender, arguments
+/// and serial number, so that its answer is the answer to `call`. It has no file descriptors, also
+/// not those that came with `call` and that no argument names; and its size is bounded.
 ///
 /// Returns 0 or a negative errno: -E2BIG where there is more than any method takes, -EINVAL where
 /// an argument is a descriptor, which none takes. `call` is left rewound.
