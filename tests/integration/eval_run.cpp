@@ -179,6 +179,19 @@ TEST_CASE(
     }
 }
 
+TEST_CASE("the oracle is not lit for what afterglow assumes of things that move", "[eval]") {
+    const auto data = testing::recording_or_skip("bear_hands");
+    if (!data)
+        return;
+    const auto lit = [&](const char *moving_error) {
+        const Ended ended = run({"afterglow-eval", "run", *data, "--preset", "oracle", "--json",
+                                 "--set", std::string("error.moving_error=") + moving_error});
+        REQUIRE(ended.code == 0);
+        return nlohmann::json::parse(ended.output).at("lit").get<int>();
+    };
+    CHECK(lit("0.5") == lit("0"));
+}
+
 TEST_CASE("afterglow-eval run gives the same result for any number of workers and any start time",
           "[eval]") {
     const TemporaryFolder folder;
