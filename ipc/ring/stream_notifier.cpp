@@ -321,8 +321,7 @@ void StreamNotifier::announce_to_all(std::uint64_t index, bool frame) {
         if (!announce(stream, index, frame))
             memory_pending_ = true;
         const nanoseconds after = processor_time();
-        stream.excess = std::max(stream.excess + (after - before) - fair_cost_, nanoseconds(0));
-        if (stream.excess > too_much * fair_cost_)
+        if (stream.excess.add(after - before, fair_cost_))
             end_expensive(stream);
         before = after;
     }

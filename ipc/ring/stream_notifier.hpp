@@ -8,6 +8,7 @@
 
 #include <sys/types.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -28,6 +29,24 @@ struct StreamClaim {
     uid_t user = 0;
     StreamOptions options;
     std::uint64_t owner = 0; ///< what open() was given
+};
+
+/// Processor time that the datagrams of a stream take beyond a fair cost each, in all.
+class ExcessCost {
+public:
+    /// In fair costs. A datagram counts as half of it at most: the kernel counts an interrupt, or
+    /// the time in which the host of a virtual machine runs something else, as the sender's time.
+    static constexpr int too_much = 50;
+
+    /// Adds a datagram. True when it is too much, which takes at least three.
+    bool add(std::chrono::nanoseconds cost, std::chrono::nanoseconds fair) {
+        sum_ += std::min(cost - fair, too_much / 2 * fair);
+        sum_ = std::max(sum_, std::chrono::nanoseconds(0));
+        return sum_ > too_much * fair;
+    }
+
+private:
+    std::chrono::nanoseconds sum_{0};
 };
 
 /// The daemon's ends of the open streams' sockets, and the thread that sends on them.
@@ -54,8 +73,6 @@ public:
     /// Processor time that a datagram to a reader may take; 10 us are usual. On a machine on which
     /// one to nobody takes more than a tenth of that, ten times as long as that takes.
     static constexpr std::chrono::microseconds fair_cost{100};
-    /// What the datagrams of a stream may take beyond it, in all, in fair costs.
-    static constexpr int too_much = 50;
     static constexpr std::chrono::seconds refusal{60};
 
     /// Starts the thread, which calls `at_start` first, if any: to give itself a priority. `ring`
@@ -94,8 +111,8 @@ private:
     struct Stream {
         UniqueFd socket;
         StreamClaim claim;
-        std::uint64_t renewal = 0;          ///< of the memory sent last
-        std::chrono::nanoseconds excess{0}; ///< of its datagrams' cost over the fair one
+        std::uint64_t renewal = 0; ///< of the memory sent last
+        ExcessCost excess = {};
     };
 
     StreamNotifier(RingWriter &ring, UniqueFd epoll, UniqueFd frames, UniqueFd event,

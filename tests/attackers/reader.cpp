@@ -12,18 +12,24 @@
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <unistd.h>
 
 namespace afterglow::attack {
 namespace {
 
 std::atomic<bool> asked_to_end = false;
 
-/// How long this process has been ready to run and had no processor.
+/// How long this process has been ready to run and had no processor, and how long the host of this
+/// virtual machine has run something else on one of its processors.
 std::int64_t held_up_ns() {
     std::int64_t ran = 0;
     std::int64_t waited = 0;
     std::ifstream("/proc/self/schedstat") >> ran >> waited;
-    return waited;
+    std::string cpu;
+    std::int64_t user = 0, nice = 0, system = 0, idle = 0, io = 0, irq = 0, softirq = 0, stolen = 0;
+    std::ifstream("/proc/stat") >> cpu >> user >> nice >> system >> idle >> io >> irq >> softirq >>
+        stolen;
+    return waited + stolen * (1'000'000'000 / ::sysconf(_SC_CLK_TCK));
 }
 
 std::uint64_t hash(const std::vector<std::uint16_t> &depth,
@@ -46,7 +52,7 @@ std::uint64_t hash(const std::vector<std::uint16_t> &depth,
 struct Tally {
     std::uint64_t read = 0;
     std::uint64_t lost = 0;             ///< overwritten before we came
-    std::uint64_t lost_unexplained = 0; ///< of those, not by our having no processor
+    std::uint64_t lost_unexplained = 0; ///< of those, not for want of a processor
     std::uint64_t late_unexplained = 0; ///< wake-ups later than half a ring lasts, likewise
     std::int64_t latest_ns = 0;         ///< the latest wake-up
 };
@@ -72,8 +78,8 @@ private:
     /// The time in which `count` frames are published, at the mean rate from the first frame read
     /// to `frame`. Nanoseconds.
     std::int64_t duration_ns(std::uint32_t count, const afterglow_frame &frame) const;
-    /// Whether our own scheduler is why we come so late: for half of the time since the last frame
-    /// we were ready to run and did not.
+    /// Whether the want of a processor is why we come so late: it lasted half of the time since the
+    /// last frame.
     bool explained() const {
         return 2 * (held_up_ns() - last_held_up_ns_) >= monotonic_ns() - last_ns_;
     }

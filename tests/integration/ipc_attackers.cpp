@@ -51,7 +51,7 @@ struct Besieged : Served {
         return now;
     }
     /// After the attack: the daemon holds what it held before, and readers had what they should
-    /// (HonestReaders::check).
+    /// (HonestReaders::undisturbed).
     void recovers(long moments = 0) {
         read_on(10);
         expect([&] { return footprint().descriptors <= before.descriptors; });
@@ -60,8 +60,9 @@ struct Besieged : Served {
         // What the allocator and the C library have come to keep, once.
         CHECK(now.kilobytes <=
               before.kilobytes + 2048 + static_cast<long>(freed_memory_kept / 1024));
-        readers.check(moments);
+        const bool undisturbed = readers.undisturbed(moments);
         INFO(readers.tallies());
+        CHECK(undisturbed);
         CHECK(daemon.runs());
     }
 

@@ -327,3 +327,28 @@ TEST_CASE("the end of the daemon ends all streams", "[ipc]") {
     char byte = 0;
     CHECK(::recv(client.get(), &byte, 1, 0) == 0);
 }
+
+TEST_CASE("a stream ends for datagrams that cost too much, not for one interruption", "[ipc]") {
+    using std::chrono::microseconds;
+    constexpr microseconds fair(100);
+    SECTION("one long interruption, and later others") {
+        ExcessCost cost;
+        for (int i = 0; i < 10; ++i) {
+            CHECK_FALSE(cost.add(std::chrono::seconds(1), fair));
+            for (int usual = 0; usual < 30; ++usual)
+                CHECK_FALSE(cost.add(microseconds(10), fair));
+        }
+    }
+    SECTION("thousands wait for the socket") {
+        ExcessCost cost;
+        CHECK_FALSE(cost.add(microseconds(5000), fair));
+        CHECK_FALSE(cost.add(microseconds(5000), fair));
+        CHECK(cost.add(microseconds(5000), fair));
+    }
+    SECTION("each costs twice what is fair") {
+        ExcessCost cost;
+        for (int i = 0; i < ExcessCost::too_much; ++i)
+            CHECK_FALSE(cost.add(2 * fair, fair));
+        CHECK(cost.add(2 * fair, fair));
+    }
+}
