@@ -2,7 +2,6 @@
 #include "ipc/bus/policy.hpp"
 
 #include "ipc/bus/errors.hpp"
-#include "ipc/bus/replace_file.hpp"
 
 #include <fmt/format.h>
 
@@ -146,12 +145,12 @@ int Policy::append_ranges(sd_bus_message *reply) const {
     return sd_bus_message_close_container(reply);
 }
 
-Status Policy::save(const std::string &path) const {
+std::string Policy::toml() const {
     std::string text = "# The policy that was saved over D-Bus (SavePolicy). It overrides the "
                        "configuration file.\n";
     for (const PolicyProperty &property : properties)
         text += fmt::format("{} = {}\n", property.key, toml_value(parameter(property)));
-    return replace_file(path, text);
+    return text;
 }
 
 } // namespace afterglow

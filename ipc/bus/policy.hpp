@@ -46,8 +46,8 @@ public:
     /// Appends a{s(dd)}: minimum and maximum of the properties that are numbers.
     int append_ranges(sd_bus_message *reply) const;
 
-    /// Writes all of it to a file that load_config() takes: the whole, or not at all.
-    Status save(const std::string &path) const;
+    /// All of it, as a file that load_config() takes.
+    std::string toml() const;
 
 private:
     const Parameter &parameter(const PolicyProperty &property) const;

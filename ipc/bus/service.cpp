@@ -61,7 +61,7 @@ int append_request(sd_bus_message *reply, const Requests::Request &request,
 DepthService::DepthService(sd_event *event, const BusOptions &bus, const Config &config,
                            std::string policy_file, StreamNotifier &streams,
                            ServiceControl &control)
-    : control_(control), streams_(streams), policy_file_(std::move(policy_file)),
+    : control_(control), streams_(streams), policy_file_(event, std::move(policy_file)),
       access_(config.access), policy_(config), effective_(config.gate),
       calibration_(config.calibration.rig ? calibration_toml(*config.calibration.rig) : ""),
       properties_signal_(event, [this] { announce_properties(); }),
@@ -90,6 +90,7 @@ int DepthService::connected(sd_bus *bus) {
 void DepthService::disconnected() {
     authorization_.detach();
     measure_calls_.clear();
+    policy_file_.forget_callers();
 }
 
 void DepthService::bus_changed(BusState state, const Error &why) {
@@ -280,13 +281,8 @@ int DepthService::list_requests(sd_bus_message *call) {
     return result < 0 ? result : sd_bus_send(nullptr, made, nullptr);
 }
 
-int DepthService::save_policy(sd_bus_message *call, sd_bus_error *error) {
-    if (policy_file_.empty())
-        return sd_bus_error_set(error, error_no_policy_file,
-                                "The daemon was started without --policy FILE.");
-    if (const Status saved = policy_.save(policy_file_); !saved)
-        return refuse(error, saved.error());
-    return sd_bus_reply_method_return(call, "s", policy_file_.c_str());
+int DepthService::save_policy(sd_bus_message *call) {
+    return policy_file_.save(call, policy_.toml());
 }
 
 int DepthService::reload(sd_bus_message *call, sd_bus_error *error) {

@@ -6,6 +6,7 @@
 #include "ipc/bus/measure_calls.hpp"
 #include "ipc/bus/paced.hpp"
 #include "ipc/bus/policy.hpp"
+#include "ipc/bus/policy_file.hpp"
 #include "ipc/bus/requests.hpp"
 #include "ipc/bus/statistics.hpp"
 #include "ipc/ring/stream_notifier.hpp"
@@ -73,7 +74,7 @@ private:
     int request_accuracy(sd_bus_message *call, sd_bus_error *error);
     int hold_mode(sd_bus_message *call, sd_bus_error *error);
     int list_requests(sd_bus_message *call);
-    int save_policy(sd_bus_message *call, sd_bus_error *error);
+    int save_policy(sd_bus_message *call);
     int reload(sd_bus_message *call, sd_bus_error *error);
     int reset_statistics(sd_bus_message *call);
     int set_policy(const char *property, sd_bus_message *value, sd_bus_error *error);
@@ -108,7 +109,7 @@ private:
 
     ServiceControl &control_;
     StreamNotifier &streams_;
-    const std::string policy_file_;
+    PolicyFile policy_file_;
     Config::Access access_;
     Policy policy_;
     GatePolicy effective_; ///< policy_, with the requests

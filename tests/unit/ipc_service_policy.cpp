@@ -8,15 +8,49 @@
 #include "tests/bus_service.hpp"
 #include "tests/temporary_folder.hpp"
 
+#include <sys/syscall.h>
+
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <cmath>
+#include <filesystem>
+#include <future>
 #include <limits>
 #include <map>
 #include <string>
+#include <thread>
+#include <tuple>
+#include <unistd.h>
 #include <vector>
 
 using namespace afterglow;
 using namespace afterglow::test;
+
+namespace {
+
+std::atomic<bool> disk_stands = false;
+std::atomic<int> waiting_for_disk = 0;
+
+/// While there is one, fsync() does not return until go_on().
+struct StandingDisk {
+    StandingDisk() { disk_stands = true; }
+    ~StandingDisk() { go_on(); }
+    StandingDisk(const StandingDisk &) = delete;
+    void go_on() { disk_stands = false; }
+    bool is_waited_for() const { return waiting_for_disk > 0; }
+};
+
+} // namespace
+
+/// In place of the C library's.
+extern "C" int fsync(int file) {
+    ++waiting_for_disk;
+    while (disk_stands)
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    --waiting_for_disk;
+    return static_cast<int>(::syscall(SYS_fsync, file));
+}
 
 namespace {
 
@@ -241,6 +275,57 @@ TEST_CASE("saving says when there is no policy file, or it cannot be written", "
         daemon.serve([&] { return Client(daemon.bus.address()).call("SavePolicy"); });
     CHECK(answer.error == SD_BUS_ERROR_FAILED);
     CHECK(answer.message == "/nowhere/policy.toml: cannot be written: No such file or directory");
+}
+
+TEST_CASE("the daemon does not wait for a disk that stands still", "[ipc]") {
+    const TemporaryFolder folder;
+    const std::string policy = folder.path() + "/policy.toml";
+    BusService daemon(open_to_all(), policy);
+    const std::string address = daemon.bus.address();
+    StandingDisk disk;
+    const auto [refused, meanwhile, waited, saved] = daemon.serve([&] {
+        std::vector<std::future<Answer>> calls;
+        for (std::size_t i = 0; i <= PolicyFile::most_calls; ++i)
+            calls.push_back(
+                std::async(std::launch::async, [&] { return Client(address).call("SavePolicy"); }));
+        const auto answered = [](std::future<Answer> &call) {
+            return call.wait_for(std::chrono::milliseconds(10)) == std::future_status::ready;
+        };
+        auto first = calls.end();
+        while (first == calls.end())
+            first = std::find_if(calls.begin(), calls.end(), answered);
+        std::string busy = first->get().error;
+        calls.erase(first);
+        Client other(address);
+        other.set("TargetError", "d", 1.25);
+        const double error = other.get<double>("TargetError", 'd');
+        const bool waiting = std::none_of(calls.begin(), calls.end(), answered);
+        disk.go_on();
+        const auto succeeded = [](std::future<Answer> &call) { return call.get().error.empty(); };
+        return std::tuple(std::move(busy), error, waiting,
+                          std::count_if(calls.begin(), calls.end(), succeeded));
+    });
+    CHECK(refused == error_busy);
+    CHECK(meanwhile == 1.25);
+    CHECK(waited);
+    CHECK(saved == PolicyFile::most_calls);
+    CHECK(std::filesystem::exists(policy));
+}
+
+TEST_CASE("what is to be saved is written though its caller's bus is gone", "[ipc]") {
+    const TemporaryFolder folder;
+    const std::string policy = folder.path() + "/policy.toml";
+    BusService daemon(open_to_all(), policy);
+    StandingDisk disk;
+    auto call = std::async(std::launch::async, [address = daemon.bus.address()] {
+        return Client(address).call("SavePolicy");
+    });
+    daemon.run_until([&] { return disk.is_waited_for(); });
+    daemon.bus.stop();
+    daemon.run_until([&] { return daemon.control.states.back() == BusState::absent; });
+    CHECK(!call.get().error.empty());
+    disk.go_on();
+    daemon.run_until([&] { return std::filesystem::exists(policy); });
 }
 
 TEST_CASE("Reload names what needs a restart, and what is wrong with a configuration", "[ipc]") {
