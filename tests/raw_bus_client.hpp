@@ -4,6 +4,7 @@
 #include "core/base/passed_fds.hpp"
 #include "core/base/unique_fd.hpp"
 #include "tests/catch.hpp"
+#include "tests/wait_until.hpp"
 
 #include <sys/un.h>
 
@@ -44,6 +45,8 @@ public:
         receive_line("AGREE_UNIX_FD");
         send("BEGIN\r\n");
         call("org.freedesktop.DBus", "/org/freedesktop/DBus", "org.freedesktop.DBus", "Hello", 0);
+        // Descriptors are lost if the bus reads their message together with the authentication.
+        REQUIRE(wait_until([&] { return receives("NameAcquired"); }));
     }
 
     /// Calls a method without arguments, with so many descriptors beside.
