@@ -91,9 +91,9 @@ TEST_CASE(
     "depth of an OpenNI2 device equals the offline result, and its emitter follows the daemon") {
     const Room room(200'000'000);
     const std::vector<DepthMap> expected = offline(room);
-    // A machine too busy to keep this pace drops frames, and then measures others: so five tries.
+    // A machine too busy to keep this pace drops frames, and then measures others: so many tries.
     std::vector<Published> published;
-    for (int attempt = 0; attempt < 5 && !is_same(published, expected); ++attempt) {
+    for (int attempt = 0; attempt < 15 && !is_same(published, expected); ++attempt) {
         const Testcam testcam(room, 1);
         Served served(configuration(room, 1, "openni2-emitter", "warmup_maps = 0\n"));
         published = read_all(served, room);

@@ -161,7 +161,7 @@ TEST_CASE("a daemon that does not answer is waited for as long as told", "[ipc]"
 TEST_CASE("with RECONNECT a stream waits for the first daemon", "[ipc]") {
     const PrivateBus bus;
     int error = 0;
-    open_on(bus.address(), AFTERGLOW_RECONNECT, error, 300);
+    open_on(bus.address(), AFTERGLOW_RECONNECT, error, 2000);
     CHECK(error == -EHOSTUNREACH);
     const Stream stream = open_on(bus.address(), AFTERGLOW_RECONNECT | AFTERGLOW_NONBLOCK, error);
     REQUIRE(error == 0);
