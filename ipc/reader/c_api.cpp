@@ -8,7 +8,6 @@
 #include "ipc/reader/stream.hpp"
 
 #include <climits>
-#include <sys/epoll.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -16,6 +15,7 @@
 #include <cstring>
 #include <limits>
 #include <new>
+#include <poll.h>
 #include <span>
 
 using namespace afterglow;
@@ -66,9 +66,10 @@ bool sleep_until(const afterglow_stream &stream, std::int64_t deadline_ms) {
     // The last millisecond counts as a whole one.
     const std::int64_t left = std::max<std::int64_t>(deadline_ms - now_ms(), 0);
     const bool for_ever = deadline_ms == std::numeric_limits<std::int64_t>::max();
-    epoll_event event{};
+    pollfd waited = {stream.link.fd(), POLLIN, 0};
     const int timeout = for_ever ? -1 : static_cast<int>(std::min<std::int64_t>(left, INT_MAX));
-    return ::epoll_wait(stream.link.fd(), &event, 1, timeout) >= 0;
+    // epoll_wait() would also end when a process that was stopped goes on, without any handler.
+    return ::poll(&waited, 1, timeout) >= 0;
 }
 
 int wait_until_open(afterglow_stream &stream, std::int64_t deadline_ms) {

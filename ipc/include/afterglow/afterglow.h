@@ -11,7 +11,7 @@
  *     size_t bytes = afterglow_plane_bytes(stream, AFTERGLOW_PLANE_DEPTH);
  *     uint16_t *depth = malloc(bytes);
  *     struct afterglow_buffer to = {.kind = AFTERGLOW_PLANE_DEPTH, .data = depth, .bytes = bytes};
- *     while ((error = afterglow_wait(stream, 1000)) == 0) {
+ *     while ((error = afterglow_wait(stream, -1)) == 0) {
  *         struct afterglow_frame frame = {.size = sizeof frame};
  *         if (afterglow_read_latest(stream, &frame, &to, 1) == 0)
  *             use(&frame, depth, info.width, info.height);

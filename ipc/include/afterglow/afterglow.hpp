@@ -146,7 +146,8 @@ public:
     /// The newest frame where it lies: what was read of it counts only if peek_valid() says so
     /// afterwards.
     std::optional<Frame> peek() {
-        prepare();
+        if (!is_prepared())
+            return std::nullopt;
         afterglow_view views[3] = {};
         for (std::size_t i = 0; i < planes_.size(); ++i)
             views[i].kind = planes_[i].info.kind;
@@ -236,9 +237,20 @@ private:
         }
     }
 
+    /// Whether the stream is open, so that there are planes.
+    bool is_prepared() {
+        prepare();
+        if (planes_.empty()) {
+            has_come(afterglow_wait(stream_.get(), 0)); // opens it, if the daemon has answered
+            prepare();
+        }
+        return !planes_.empty();
+    }
+
     template <class Read>
     std::optional<Frame> copy(Read read) {
-        prepare();
+        if (!is_prepared())
+            return std::nullopt;
         afterglow_buffer buffers[3] = {};
         for (std::size_t i = 0; i < planes_.size(); ++i) {
             const std::size_t bytes = afterglow_plane_bytes(stream_.get(), planes_[i].info.kind);

@@ -114,7 +114,8 @@ struct afterglow_frame {
     uint32_t flags;       /* enum afterglow_frame_flags */
     uint64_t index;       /* counts published frames, from 0, without gaps */
     uint64_t sequence;    /* the colour camera's count; gaps are images it dropped */
-    int64_t t_ns;         /* capture time of the image, CLOCK_MONOTONIC */
+    int64_t t_ns;         /* capture time of the image, CLOCK_MONOTONIC; of a recording that is not
+                           * played at its pace: the recorded time */
     int64_t published_ns; /* when it was written here, CLOCK_MONOTONIC */
     uint32_t source;      /* enum afterglow_source */
     uint32_t emitter;     /* enum afterglow_emitter */
