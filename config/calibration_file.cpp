@@ -3,13 +3,13 @@
 
 #include "config/calibration_limits.hpp"
 #include "config/parameter.hpp"
-#include "config/read_text.hpp"
+#include "config/parse_toml.hpp"
 #include "core/base/printable.hpp"
+#include "core/base/read_file.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <system_error>
-#include <toml++/toml.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -33,7 +33,7 @@ public:
 
     Result<RigCalibration> read(std::string_view text) && {
         try {
-            const toml::table root = toml::parse(text);
+            const toml::table root = parse_toml(text);
             read_rig(root);
         } catch (const toml::parse_error &error) {
             problem(error.source().begin.line, printable(error.description()));
@@ -286,7 +286,7 @@ std::string camera_toml(const CameraModel &camera) {
 } // namespace
 
 Result<RigCalibration> load_calibration(const std::string &path) {
-    const Result<std::string> text = read_text(path);
+    const Result<std::string> text = read_file(path, largest_toml_file);
     return text ? parse_calibration(*text, path) : Result<RigCalibration>(text.error());
 }
 

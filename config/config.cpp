@@ -3,13 +3,13 @@
 
 #include "config/calibration_file.hpp"
 #include "config/parameter_table.hpp"
-#include "config/read_text.hpp"
+#include "config/parse_toml.hpp"
 #include "config/sensor_profiles.hpp"
 #include "core/base/printable.hpp"
+#include "core/base/read_file.hpp"
 
 #include <fmt/format.h>
 #include <system_error>
-#include <toml++/toml.h>
 
 #include <algorithm>
 #include <cerrno>
@@ -49,7 +49,7 @@ public:
     void add(std::string path, std::string_view text, bool policy_only) {
         documents_.push_back({std::move(path), {}, policy_only});
         try {
-            documents_.back().content = toml::parse(text);
+            documents_.back().content = parse_toml(text);
         } catch (const toml::parse_error &error) {
             problem({documents_.size() - 1, error.source().begin.line},
                     printable(error.description()));
@@ -348,13 +348,13 @@ Result<Config> load_config(const std::string &path, const std::string &policy) {
     files->insert(files->begin(), path);
     Loader loader;
     for (const std::string &file : *files) {
-        const Result<std::string> text = read_text(file);
+        const Result<std::string> text = read_file(file, largest_toml_file);
         if (!text)
             return text.error();
         loader.add(file, *text, false);
     }
     if (!policy.empty()) {
-        const Result<std::string> text = read_text(policy);
+        const Result<std::string> text = read_file(policy, largest_toml_file);
         if (text)
             loader.add(policy, *text, true);
         else if (text.error().code != ENOENT)

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/files/read_file.hpp"
+#include "core/base/read_file.hpp"
 
 #include "core/base/printable.hpp"
+#include "core/base/unique_fd.hpp"
 
 #include <fmt/format.h>
 #include <sys/stat.h>
@@ -10,50 +11,39 @@
 #include <cstring>
 #include <fcntl.h>
 #include <unistd.h>
+#include <utility>
 
 namespace afterglow {
-namespace {
 
-constexpr off_t max_file_bytes = off_t{64} << 20;
-
-Error system_error(const std::string &path) {
-    return {fmt::format("{}: {}", printable(path), std::strerror(errno)), errno};
-}
-
-Result<std::string> read_descriptor(int fd, const std::string &path) {
-    struct stat info;
-    if (fstat(fd, &info) != 0)
-        return system_error(path);
+Result<std::string> read_file(const std::string &path, std::size_t most_bytes) {
+    const auto failed = [&](int code, const std::string &why) {
+        return Error{fmt::format("{}: cannot be read: {}", printable(path), why), code};
+    };
+    const UniqueFd file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
+    struct stat info = {};
+    if (!file || ::fstat(file.get(), &info) != 0)
+        return failed(errno, std::strerror(errno));
+    if (S_ISDIR(info.st_mode))
+        return failed(EISDIR, std::strerror(EISDIR));
     if (!S_ISREG(info.st_mode))
-        return Error{fmt::format("{}: is not a regular file", printable(path)), EINVAL};
-    if (info.st_size > max_file_bytes)
-        return Error{fmt::format("{}: has {} bytes, more than the {} that are read",
-                                 printable(path), info.st_size, max_file_bytes),
-                     EFBIG};
+        return failed(EINVAL, "it is not a regular file");
+    if (std::cmp_greater(info.st_size, most_bytes))
+        return failed(EFBIG, fmt::format("it has {} bytes, more than the {} that such a file may "
+                                         "have",
+                                         info.st_size, most_bytes));
     std::string bytes(static_cast<std::size_t>(info.st_size), '\0');
     std::size_t filled = 0;
     while (filled < bytes.size()) {
-        const ssize_t count = read(fd, bytes.data() + filled, bytes.size() - filled);
+        const ssize_t count = ::read(file.get(), bytes.data() + filled, bytes.size() - filled);
         if (count < 0 && errno == EINTR)
             continue;
         if (count < 0)
-            return system_error(path);
+            return failed(errno, std::strerror(errno));
         if (count == 0) // it became shorter meanwhile
             break;
         filled += static_cast<std::size_t>(count);
     }
     bytes.resize(filled);
-    return bytes;
-}
-
-} // namespace
-
-Result<std::string> read_file(const std::string &path) {
-    const int fd = open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
-    if (fd < 0)
-        return system_error(path);
-    Result<std::string> bytes = read_descriptor(fd, path);
-    close(fd);
     return bytes;
 }
 

@@ -3,12 +3,13 @@
 
 #include "core/base/result.hpp"
 
+#include <cstddef>
 #include <string>
 
 namespace afterglow {
 
-/// The bytes of a regular file of at most 64 MiB. Never waits: a pipe or a device is refused. The
-/// error's sentence begins with the path.
-Result<std::string> read_file(const std::string &path);
+/// The bytes of a regular file of at most `most_bytes`. Never waits: a pipe or a device is refused.
+/// Errors carry errno and say `PATH: cannot be read: why`.
+Result<std::string> read_file(const std::string &path, std::size_t most_bytes = 64 << 20);
 
 } // namespace afterglow

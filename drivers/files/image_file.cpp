@@ -2,8 +2,9 @@
 #include "drivers/files/image_file.hpp"
 
 #include "core/base/printable.hpp"
+#include "core/base/read_file.hpp"
+#include "core/base/write_file.hpp"
 #include "drivers/files/png_file.hpp"
-#include "drivers/files/read_file.hpp"
 
 #include <fmt/format.h>
 #include <turbojpeg.h>
@@ -144,30 +145,24 @@ Result<Image<T>> read_whole(Status (*decode)(std::string_view, Destination<T> &)
 
 template <class T>
 Status write_rows(const std::string &path, ImageView<const T> image, const PngLayout &layout) {
-    const auto failed = [&](std::string_view why) {
-        return Error{fmt::format("{}: {}", printable(path), why), errno};
-    };
-    const std::string part = fmt::format("{}.{}.part", path, getpid());
-    unlink(part.c_str()); // of a process that had our number and did not finish
-    const int fd = open(part.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    if (fd < 0)
-        return failed(std::strerror(errno));
-    std::FILE *file = fdopen(fd, "wb");
-    if (file == nullptr) {
-        close(fd);
-        return failed(std::strerror(errno));
-    }
+    Result<OutputFile> output = OutputFile::open(path);
+    if (!output)
+        return output.error();
+    // The library writes to a stream, which closes its own descriptor.
+    std::FILE *file = fdopen(fcntl(output->fd(), F_DUPFD_CLOEXEC, 0), "wb");
+    if (file == nullptr)
+        return output->error();
     std::vector<const std::uint8_t *> rows;
     for (int v = 0; v < image.height(); ++v)
         rows.push_back(reinterpret_cast<const std::uint8_t *>(image.row(v)));
     const Status encoded = encode_png(file, layout, rows);
     const bool refused = std::ferror(file) != 0; // by the file system, and errno says why
     const bool closed = std::fclose(file) == 0;
-    if (encoded && closed && std::rename(part.c_str(), path.c_str()) == 0)
-        return ok();
-    const Error error = failed(encoded || refused ? std::strerror(errno) : encoded.error().message);
-    unlink(part.c_str());
-    return error;
+    if (encoded && closed)
+        return output->finish();
+    if (encoded || refused)
+        return output->error();
+    return Error{fmt::format("{}: {}", printable(path), encoded.error().message), EINVAL};
 }
 
 } // namespace

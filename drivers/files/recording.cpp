@@ -158,8 +158,8 @@ std::string camera_problem(const std::array<double, 6> &camera) {
     if (!is_side(width) || !is_side(height))
         return fmt::format("width and height are whole numbers from 1 to {}, not {} and {}",
                            max_image_side, width, height);
-    if (!(fx > 0 && fy > 0))
-        return "fx and fy are positive numbers of pixels";
+    if (!(fx >= 1 && fx <= 1e5 && fy >= 1 && fy <= 1e5))
+        return "fx and fy are numbers of pixels from 1 to 100000";
     if (!(cx >= 0 && cx <= width && cy >= 0 && cy <= height))
         return fmt::format("the centre ({}, {}) is outside the image", cx, cy);
     return {};

@@ -2,7 +2,7 @@
 #include "drivers/files/text_fields.hpp"
 
 #include "core/base/printable.hpp"
-#include "drivers/files/read_file.hpp"
+#include "core/base/read_file.hpp"
 
 #include <fmt/format.h>
 

@@ -23,7 +23,10 @@ Result<RecordingWriter> RecordingWriter::create(const std::string &folder, const
                                                 const std::optional<Intrinsics> &tof) {
     namespace fs = std::filesystem;
     std::error_code problem;
-    for (const char *name : {"/rgb", "/depth", "/camera.txt", "/rgb.txt", "/associations.txt"}) {
+    if (folder.empty())
+        return Error{"the name of a folder is empty", EINVAL};
+    for (const char *name : {"/rgb", "/depth", "/camera.txt", "/rgb.txt", "/depth.txt",
+                             "/associations.txt", "/groundtruth.txt", "/calibration.toml"}) {
         if (fs::exists(folder + name, problem))
             return Error{fmt::format("{}: holds a recording already", folder), EEXIST};
     }

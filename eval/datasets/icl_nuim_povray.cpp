@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/base/median.hpp"
-#include "drivers/files/read_file.hpp"
+#include "core/base/read_file.hpp"
 #include "eval/datasets/icl_nuim.hpp"
 #include "eval/datasets/layout.hpp"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "eval/datasets/netpbm.hpp"
 
+#include "core/base/read_file.hpp"
 #include "drivers/files/image_file.hpp"
-#include "drivers/files/read_file.hpp"
 
 #include <fmt/format.h>
 

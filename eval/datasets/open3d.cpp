@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "drivers/files/read_file.hpp"
+#include "core/base/read_file.hpp"
 #include "eval/datasets/layout.hpp"
 
 #include <fmt/format.h>

@@ -19,17 +19,6 @@
 namespace afterglow {
 namespace {
 
-/// The file has its old or its new content at all times.
-Status replace(const std::string &path, const std::string &text) {
-    const std::string part = path + ".part";
-    Status written = write_file(part, text);
-    if (written && std::rename(part.c_str(), path.c_str()) != 0)
-        written = Error{fmt::format("{}: {}", path, std::strerror(errno)), errno};
-    if (!written)
-        std::remove(part.c_str());
-    return written;
-}
-
 /// The files of numbers, by their names without ".csv".
 std::map<std::string, std::string> csv_files(const Results &results) {
     std::map<std::string, std::string> files;
@@ -58,14 +47,14 @@ void remove_others(const std::string &folder, const std::map<std::string, std::s
 Status write_report(const std::string &folder, const Results &results) {
     if (Status made = make_folder(folder); !made)
         return made;
-    if (Status done = replace(folder + "/results.json", to_json(results)); !done)
+    if (Status done = write_file(folder + "/results.json", to_json(results)); !done)
         return done;
     const auto files = csv_files(results);
     for (const auto &[name, text] : files)
-        if (Status done = replace(fmt::format("{}/{}.csv", folder, name), text); !done)
+        if (Status done = write_file(fmt::format("{}/{}.csv", folder, name), text); !done)
             return done;
     remove_others(folder, files);
-    return replace(folder + "/index.html", to_html(results));
+    return write_file(folder + "/index.html", to_html(results));
 }
 
 } // namespace afterglow

@@ -11,8 +11,6 @@
 #include <system_error>
 
 #include <cerrno>
-#include <cstdio>
-#include <cstdlib>
 #include <cstring>
 #include <fcntl.h>
 #include <filesystem>
@@ -23,31 +21,22 @@
 namespace afterglow {
 namespace {
 
-/// Writes a file so that, whatever happens meanwhile, `path` is the old one or the new one as a
-/// whole. It is readable by its owner alone.
-Status replace_file(const std::string &path, std::string_view text) {
-    const auto failed = [&](int error) {
-        return Error{fmt::format("{}: cannot be written: {}", path, std::strerror(error)), error};
-    };
+/// Writes a file that its owner alone can read, and that is there after a power failure, too.
+Status write_durably(const std::string &path, std::string_view text) {
     const std::filesystem::path folder = std::filesystem::path(path).parent_path();
     const UniqueFd opened(
         ::open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-    if (!opened)
-        return failed(errno);
-    std::string temporary = path + ".XXXXXX";
-    const UniqueFd file(::mkostemp(temporary.data(), O_CLOEXEC));
+    Result<OutputFile> file = OutputFile::open(path, 0600);
     if (!file)
-        return failed(errno);
-    if (!write_all(file.get(), text) || ::fsync(file.get()) < 0 ||
-        ::rename(temporary.c_str(), path.c_str()) < 0) {
-        const int error = errno;
-        ::unlink(temporary.c_str());
-        return failed(error);
-    }
-    // The new name lasts, too, when the power fails.
+        return file.error();
+    if (!write_all(file->fd(), text) || ::fsync(file->fd()) < 0)
+        return file->error();
+    if (Status finished = file->finish(); !finished)
+        return finished;
+    // The new name lasts, too.
     if (::fsync(opened.get()) < 0) {
         const int error = errno;
-        return Error{fmt::format("{}: is written, but may be the old one after a power failure: {}",
+        return Error{fmt::format("{} is written, but may be the old one after a power failure: {}",
                                  path, std::strerror(error)),
                      error};
     }
@@ -94,11 +83,11 @@ void PolicyFile::forget_callers() {
 void PolicyFile::begin() {
     try {
         thread_ = std::thread([this, text = saves_.front().text] {
-            result_ = replace_file(path_, text);
+            result_ = write_durably(path_, text);
             ::eventfd_write(written_.get(), 1);
         });
     } catch (const std::system_error &refused) {
-        result_ = Error{path_ + ": cannot be written: " + refused.what(), refused.code().value()};
+        result_ = Error{path_ + " cannot be written: " + refused.what(), refused.code().value()};
         ::eventfd_write(written_.get(), 1);
     }
 }

@@ -13,19 +13,6 @@ const std::string synthetic = "color.driver = \"synthetic\"\ntof.driver = \"synt
 const std::string replay = "color.driver = \"replay\"\ntof.driver = \"replay\"\n"
                            "illuminator.driver = \"replay\"\n";
 
-/// A program of the machine, to its end.
-Ended run_command(std::vector<std::string> command) {
-    const TemporaryFolder folder;
-    const afterglow::UniqueFd out(
-        ::open((folder / "out").c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600));
-    auto process = afterglow::ChildProcess::start(
-        {.command = std::move(command), .descriptors = {{out.get(), STDOUT_FILENO}}});
-    if (!process)
-        return {-1, "", process.error().message};
-    const auto code = process->wait(longest_wait);
-    return {code.value_or(-1), folder.read("out"), ""};
-}
-
 } // namespace
 
 TEST_CASE("afterglowd rejects a wrong configuration with one line per mistake") {
@@ -86,6 +73,7 @@ TEST_CASE("afterglowd --darken switches the light off without a D-Bus connection
 TEST_CASE("afterglowd exits with 2 on wrong command-line usage") {
     CHECK(run({"afterglowd", "--session", "--system"}).code == 2);
     CHECK(run({"afterglowd", "--dance"}).code == 2);
+    CHECK(run({"afterglowd", "--print-config", "--darken"}).code == 2);
     CHECK(run({"afterglowd", "--version"}).code == 0);
 }
 
@@ -127,26 +115,21 @@ TEST_CASE("afterglowd works without a bus, and is found as soon as there is one"
 TEST_CASE("SIGHUP reads the configuration again; a bad one changes nothing") {
     Served served(synthetic + "synthetic.fps = 60\n[gate]\ntarget_mre = 3\n");
     const std::string config = served.folder / "a.toml";
-    const auto target = [&] {
-        const Ended got = run_command(
-            {"busctl", "--address=" + served.bus.address(), "get-property", "org.afterglow.Depth1",
-             "/org/afterglow/Depth1", "org.afterglow.Depth1", "TargetError"});
-        return got.output;
-    };
+    const auto target = [&] { return served.ctl({"policy", "get", "TargetError"}).output; };
     const auto says = [&](const std::string &text) {
         return wait_until([&] {
             return !served.daemon.runs() || served.daemon.errors().find(text) != std::string::npos;
         });
     };
-    CHECK(target() == "d 3\n");
+    CHECK(target() == "3\n");
     served.folder.write("a.toml", synthetic + "[gate]\ntarget_mre = 300\n");
     served.daemon.signal(SIGHUP);
     REQUIRE(says(config + ":5: gate.target_mre: 300 is not allowed (a number from 0.01 to 100 "
                           "percent)"));
-    CHECK(target() == "d 3\n");
+    CHECK(target() == "3\n");
     served.folder.write("a.toml", synthetic + "synthetic.fps = 30\n[gate]\ntarget_mre = 4\n");
     served.daemon.signal(SIGHUP);
     REQUIRE(says("the configuration was read again; these need a restart: synthetic.fps"));
-    CHECK(target() == "d 4\n");
+    CHECK(target() == "4\n");
     CHECK(served.daemon.runs());
 }

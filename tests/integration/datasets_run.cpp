@@ -68,6 +68,17 @@ TEST_CASE(
         z = z > 2500 ? std::uint16_t{0} : z;
     CHECK(frame_of(near) == expected);
 
+    const Ended nowhere = run({"afterglow-eval", "import", folder.path(), ""});
+    CHECK(nowhere.code == 1);
+    CHECK(nowhere.errors.find("the name of a folder is empty") != std::string::npos);
+    // What belongs to another recording is neither written over nor taken for this one's.
+    for (const char *of_another : {"groundtruth.txt", "depth.txt", "calibration.toml"}) {
+        const TemporaryFolder another;
+        another.write(of_another, "mine");
+        CHECK(run({"afterglow-eval", "import", folder.path(), another.path()}).code == 1);
+        CHECK(another.read(of_another) == "mine");
+    }
+
     const std::string none = made / "none";
     const Ended unknown =
         run({"afterglow-eval", "import", folder.path(), none, "--alter", "shortsighted"});

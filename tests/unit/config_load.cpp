@@ -332,6 +332,14 @@ TEST_CASE("a TOML syntax error is reported with its line") {
     CHECK(problems(drivers + "[gate]\nmode = \"auto").find('\n') == std::string::npos);
 }
 
+TEST_CASE("tables as deep as no configuration needs are refused, not walked through") {
+    std::string deep;
+    for (int i = 0; i < 100'000; ++i)
+        deep += "a.";
+    CHECK(problems("[" + deep + "b]\n") == "a.toml:1: more dots than any file of this kind has");
+    CHECK(problems(deep + "b = 1\n") == "a.toml:1: more dots than any file of this kind has");
+}
+
 TEST_CASE("drop-ins override the configuration file in order of name, the policy file all") {
     const TemporaryFolder folder;
     const std::string main = folder.write("a.toml", drivers + "[gate]\ntarget_mre = 1\n"

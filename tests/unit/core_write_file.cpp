@@ -45,6 +45,43 @@ TEST_CASE("a file that finds no room leaves no part behind") {
     CHECK(write_new_file(path, "later")); // nothing is in the way
 }
 
+TEST_CASE("a file that finds no room leaves the one before") {
+    const TemporaryFolder folder;
+    const std::string path = folder.write("file", "the one before");
+    const auto write = [&](std::size_t bytes) {
+        const FileSizeLimit limit(1000);
+        return write_file(path, std::string(bytes, 'x'));
+    };
+    CHECK_FALSE(write(5000));
+    CHECK(folder.read("file") == "the one before");
+    CHECK(write(900));
+    CHECK(folder.read("file").size() == 900);
+    const auto files = std::filesystem::directory_iterator(folder.path());
+    CHECK(std::distance(begin(files), end(files)) == 1);
+}
+
+TEST_CASE("an output file that is opened and not written changes nothing") {
+    const TemporaryFolder folder;
+    const std::string path = folder.write("file", "the one before");
+    CHECK(OutputFile::open(path));
+    CHECK(folder.read("file") == "the one before");
+    CHECK(OutputFile::open(folder / "new"));
+    const auto files = std::filesystem::directory_iterator(folder.path());
+    CHECK(std::distance(begin(files), end(files)) == 1);
+    const Result<OutputFile> nowhere = OutputFile::open("/nowhere/file");
+    REQUIRE_FALSE(nowhere);
+    CHECK(nowhere.error().message == "/nowhere/file cannot be written: No such file or directory");
+}
+
+TEST_CASE("what a link leads to is written, and the link stays") {
+    const TemporaryFolder folder;
+    const std::string path = folder.write("file", "the one before");
+    std::filesystem::create_symlink(path, folder / "link");
+    CHECK(write_file(folder / "link", "new"));
+    CHECK(std::filesystem::is_symlink(folder / "link"));
+    CHECK(folder.read("file") == "new");
+}
+
 TEST_CASE("a device that is full is named, and stays") {
     const Status refused = write_file("/dev/full", "text");
     REQUIRE_FALSE(refused);

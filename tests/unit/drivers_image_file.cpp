@@ -43,11 +43,11 @@ std::string jpeg_of(const Luma &luma) {
     return content;
 }
 
-/// The message of a reading that has to fail, which has to begin with the file's name.
+/// The message of what has to fail, which has to begin with the file's name.
 template <class T>
 std::string refusal(const Result<T> &result, const std::string &path) {
     REQUIRE_FALSE(result);
-    CHECK(result.error().message.rfind(path + ": ", 0) == 0);
+    CHECK(result.error().message.starts_with(path));
     return result.error().message;
 }
 

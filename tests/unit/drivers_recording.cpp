@@ -120,13 +120,13 @@ TEST_CASE("a malformed line of rgb.txt or depth.txt is refused with file and lin
 TEST_CASE("an invalid camera.txt is refused with file and line") {
     const TemporaryFolder folder;
     folder.write("associations.txt", "1.0 a 1.0 a\n");
-    const auto line =
-        GENERATE(as<std::string>{}, "525 525 320 240 640 480", "525 525 320 240 640 480 1000 1",
-                 "525 525 320 240 640 480 metres", "0 525 320 240 640 480 1000",
-                 "525 -1 320 240 640 480 1000", "525 525 700 240 640 480 1000",
-                 "525 525 320 240 640.5 480 1000", "525 525 320 240 0 480 1000",
-                 "525 525 320 240 640 1e9 1000", "525 525 320 240 640 480 0",
-                 "inf 525 320 240 640 480 1000", "525 525 320 240 640 480 1000\n1");
+    const auto line = GENERATE(as<std::string>{}, "525 525 320 240 640 480",
+                               "525 525 320 240 640 480 1000 1", "525 525 320 240 640 480 metres",
+                               "0 525 320 240 640 480 1000", "525 -1 320 240 640 480 1000",
+                               "525 525 700 240 640 480 1000", "525 525 320 240 640.5 480 1000",
+                               "525 525 320 240 0 480 1000", "1e-300 525 320 240 640 480 1000",
+                               "525 525 320 240 640 1e9 1000", "525 525 320 240 640 480 0",
+                               "inf 525 320 240 640 480 1000", "525 525 320 240 640 480 1000\n1");
     folder.write("camera.txt", line + "\n");
     INFO(line);
     CHECK(contains(refusal(folder), folder / "camera.txt:"));

@@ -3,8 +3,8 @@
 
 #include "config/calibration_file.hpp"
 #include "config/calibration_limits.hpp"
-#include "config/read_text.hpp"
 #include "core/base/printable.hpp"
+#include "core/base/read_file.hpp"
 
 #include <fmt/format.h>
 
@@ -56,14 +56,17 @@ Result<FoundCalibration> read_tree(const Node &root, const CalibrationHints &hin
     return read_opencv(root, hints);
 }
 
-Status set_size(const Node &node, double width, double height, FoundCamera &camera) {
-    for (const auto &[value, size] :
-         {std::pair(width, &camera.model.pinhole.width), {height, &camera.model.pinhole.height}}) {
+/// `width_node`, `height_node`: where the numbers stand.
+Status set_size(const Node &width_node, double width, const Node &height_node, double height,
+                FoundCamera &camera) {
+    Intrinsics &pinhole = camera.model.pinhole;
+    for (const auto &[node, value, size] : {std::tuple(&width_node, width, &pinhole.width),
+                                            {&height_node, height, &pinhole.height}}) {
         if (!(value >= 0 && value <= 1e6) || value != std::floor(value))
-            return wrong(node, fmt::format("{:g} is not a number of pixels", value));
+            return wrong(*node, fmt::format("{:g} is not a number of pixels", value));
         *size = static_cast<int>(value);
     }
-    camera.size_line = node.line;
+    camera.size_line = width_node.line;
     return ok();
 }
 
@@ -98,7 +101,7 @@ Result<FoundCalibration> parse_found_calibration(const std::string &text, const 
 }
 
 Result<FoundCalibration> read_calibration(const std::string &path, const CalibrationHints &hints) {
-    const Result<std::string> text = read_text(path);
+    const Result<std::string> text = read_file(path, largest_file);
     return text ? parse_found_calibration(*text, path, hints) : text.error();
 }
 
@@ -157,7 +160,7 @@ Status take_size(const Node &size, FoundCamera &camera) {
     const Result<std::vector<double>> values = numbers(size, {2});
     if (!values)
         return values.error();
-    return set_size(size, values->front(), values->back(), camera);
+    return set_size(size, values->front(), size, values->back(), camera);
 }
 
 Status take_size(const Node &parent, std::string_view width, std::string_view height,
@@ -172,7 +175,7 @@ Status take_size(const Node &parent, std::string_view width, std::string_view he
             return pixels.error();
         *value = *pixels;
     }
-    return set_size(*parent.find(width), values[0], values[1], camera);
+    return set_size(*parent.find(width), values[0], *parent.find(height), values[1], camera);
 }
 
 Result<const Node *> required(const Node &parent, std::string_view name, std::string_view what) {
