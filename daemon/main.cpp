@@ -104,13 +104,14 @@ int main(int argc, char **argv) {
         ->type_name("FILE");
     auto *check = app.add_flag("--check", arguments.check,
                                "only check the configuration, and say what is wrong with it");
-    app.add_flag("--darken", arguments.darken,
-                 "only switch the illuminator off, as after a crash of the daemon")
-        ->excludes(check);
+    auto *darken = app.add_flag("--darken", arguments.darken,
+                                "only switch the illuminator off, as after a crash of the daemon")
+                       ->excludes(check);
     app.add_flag("--print-config", arguments.print_config,
                  "only print the configuration with every key explained: that of --config, or "
                  "else the defaults")
-        ->excludes(check);
+        ->excludes(check)
+        ->excludes(darken);
     app.add_flag("--print-reference", arguments.print_reference, "print docs/configuration.md")
         ->group("");
     app.footer("Exit status: 0 stopped as asked, or the recording is over; 1 a device, the bus or "

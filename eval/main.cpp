@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/base/standard_output.hpp"
 #include "eval/ablate.hpp"
 #include "eval/import.hpp"
 #include "eval/live/live.hpp"
@@ -9,13 +8,12 @@
 #ifdef AFTERGLOW_REPORT
 #include "eval/report/report.hpp"
 #endif
-#include "tools/command_line/unknown_command.hpp"
+#include "tools/command_line/run_program.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <exception>
 #include <functional>
 #include <memory>
 #include <vector>
@@ -23,14 +21,6 @@
 using namespace afterglow;
 
 namespace {
-
-constexpr int exit_failure = 1;
-constexpr int exit_usage = 2;
-
-int fail(const Error &error, int code) {
-    fmt::print(stderr, "afterglow-eval: {}\n", error.message);
-    return code;
-}
 
 struct Command {
     CLI::App *app;
@@ -135,20 +125,14 @@ int main(int argc, char **argv) {
     app.require_subcommand(1);
     app.set_version_flag("--version", AFTERGLOW_VERSION);
     const Commands commands(app);
-    try {
-        app.parse(argc, argv);
+    const auto action = [&]() -> Result<int> {
         const Command &command = commands.chosen();
-        if (const Status checked = command.check(); !checked)
-            return fail(checked.error(), exit_usage);
-        Status done = command.run();
-        if (done)
-            done = flush_standard_output();
-        return done ? 0 : fail(done.error(), exit_failure);
-    } catch (const CLI::ParseError &error) {
-        if (const auto name = unknown_command(app))
-            return fail({explain_unknown(app, *name)}, exit_usage);
-        return app.exit(error) == 0 ? 0 : exit_usage;
-    } catch (const std::exception &error) {
-        return fail({error.what()}, exit_failure);
-    }
+        if (const Status checked = command.check(); !checked) {
+            fmt::print(stderr, "afterglow-eval: {}\n", checked.error().message);
+            return exit_usage;
+        }
+        const Status done = command.run();
+        return done ? Result<int>(0) : done.error();
+    };
+    return run_program(app, argc, argv, action, explain_unknown);
 }

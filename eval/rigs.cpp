@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "eval/rigs.hpp"
 
+#include "core/base/write_file.hpp"
 #include "core/pipeline.hpp"
 #include "eval/json.hpp"
 #include "eval/progress.hpp"
@@ -8,14 +9,14 @@
 #include "eval/rigs/rig_sweep.hpp"
 #include "eval/scoring/evaluation.hpp"
 #include "eval/scoring/summary.hpp"
+#include "tools/command_line/run_program.hpp"
 
 #include <fmt/format.h>
 
 #include <cerrno>
 #include <cstdio>
-#include <cstring>
-#include <fstream>
 #include <memory>
+#include <optional>
 #include <utility>
 
 namespace afterglow {
@@ -104,30 +105,6 @@ void print_row(const std::string &name, const Summary &s, const Summary &referen
     std::fflush(stdout);
 }
 
-/// The file of --json, opened before the work rather than after it.
-class JsonFile {
-public:
-    explicit JsonFile(const std::string &path) : path_(path) {
-        if (!path.empty())
-            file_.open(path);
-    }
-    Status write(const std::string &text) {
-        if (path_.empty())
-            return ok();
-        file_ << text << std::flush;
-        return state();
-    }
-    Status state() const {
-        if (path_.empty() || (file_.is_open() && file_))
-            return ok();
-        return Error{fmt::format("{}: cannot be written: {}", path_, std::strerror(errno)), errno};
-    }
-
-private:
-    std::string path_;
-    std::ofstream file_;
-};
-
 } // namespace
 
 void RigsArguments::add_to(CLI::App &command) {
@@ -145,7 +122,7 @@ void RigsArguments::add_to(CLI::App &command) {
     command.add_option("--seed", seed, "Of the room and the motion")
         ->check(CLI::Range(std::int64_t{0}, std::int64_t{4294967295}));
     command.add_option("--motion", motion, "Speed of the cameras, relative; 0 = still")
-        ->check(CLI::Range(0.0, 100.0));
+        ->check(number_between(0, 100));
     add_workers_option(command, workers);
     command.add_option("--json", json, "Write an array with an object for each rig to this file");
 }
@@ -159,9 +136,13 @@ Status rigs(const RigsArguments &arguments) {
                                  "which these rigs do not give",
                                  arguments.tuning.preset),
                      EINVAL};
-    JsonFile json(arguments.json);
-    if (Status opened = json.state(); !opened)
-        return opened;
+    std::optional<OutputFile> json; // before the work, so that it is not in vain
+    if (!arguments.json.empty()) {
+        Result<OutputFile> opened = OutputFile::open(arguments.json);
+        if (!opened)
+            return opened.error();
+        json.emplace(*std::move(opened));
+    }
     WorkerPool pool(arguments.workers);
     const auto reference = score_registered(arguments, *tuning, pool);
     if (!reference)
@@ -185,7 +166,7 @@ Status rigs(const RigsArguments &arguments) {
         print_row(name, *summary, *reference);
         rows.push_back(to_json(rig, *summary, *reference));
     }
-    return json.write(json_text(rows, 2) + "\n");
+    return json ? std::move(*json).write(json_text(rows, 2) + "\n") : ok();
 }
 
 } // namespace afterglow

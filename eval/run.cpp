@@ -11,6 +11,7 @@
 #include "eval/scoring/evaluation.hpp"
 #include "eval/scoring/summary_json.hpp"
 #include "eval/settings.hpp"
+#include "tools/command_line/run_program.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -119,13 +120,13 @@ void FootageArguments::add_to(CLI::App &command) {
     command.add_option("--seed", seed, "Of the synthetic room")
         ->check(CLI::Range(std::int64_t{0}, std::int64_t{4294967295}));
     command.add_option("--motion", motion, "Speed of the synthetic camera, relative; 0 = still")
-        ->check(CLI::Range(0.0, 100.0));
+        ->check(number_between(0, 100));
     command.add_flag("--noise,!--no-noise", noise, "The synthetic cameras' noise");
     command
         .add_option(
             "--exposure-changes", exposure_changes,
             "Let the exposure of the images drift and jump, up to so many stops up and down")
-        ->check(CLI::Range(0.0, Exposure::most_stops));
+        ->check(number_between(0, Exposure::most_stops));
     command.add_option("--skip", order.skip, "Leave out so many frames at a recording's start")
         ->check(CLI::Range(0, std::numeric_limits<int>::max()));
     command.add_option("--every", order.every, "Show only each so many-th frame of a recording")
@@ -166,6 +167,8 @@ Result<Footage> FootageArguments::open(const std::string &dataset) const {
             return Error{
                 "--skip, --every and --reverse are of recordings, not of the synthetic room",
                 EINVAL};
+        if (!layout.empty())
+            return Error{"--layout is of recordings, not of the synthetic room", EINVAL};
         if (!rig.calibration.empty() || rig.published != PublishedCamera::color)
             return Error{"--calibration and --published are of recordings, not of the synthetic "
                          "room (afterglow-eval rigs has two cameras in it)",
@@ -179,6 +182,9 @@ Result<Footage> FootageArguments::open(const std::string &dataset) const {
         options.exposure_changes = exposure_changes;
         return open_synthetic_footage(options, dataset);
     }
+    if (seed != FootageArguments{}.seed || motion != FootageArguments{}.motion || !noise)
+        return Error{"--seed, --motion and --no-noise are of the synthetic room, not of recordings",
+                     EINVAL};
     auto footage = open_recorded_footage(dataset, {.layout = layout,
                                                    .frames = frames,
                                                    .wake_latency = wake_latency,
@@ -255,9 +261,6 @@ Status run(const RunArguments &arguments) {
         if (Status written = write_frames_csv(arguments.dump + "/frames.csv", *evaluation);
             !written)
             return written;
-    if (!arguments.csv.empty())
-        if (Status written = write_frames_csv(arguments.csv, *evaluation); !written)
-            return written;
     if (Status scored = check_scored(*evaluation, arguments.dataset); !scored)
         return scored;
     if (!evaluation->problem.empty())
@@ -267,7 +270,7 @@ Status run(const RunArguments &arguments) {
     nlohmann::json object = summary;
     object["settings"] = settings_json(arguments, footage->layout, *tuning);
     fmt::print("{}", arguments.json ? json_text(object) + "\n" : to_text(summary));
-    return ok();
+    return arguments.csv.empty() ? ok() : write_frames_csv(arguments.csv, *evaluation);
 }
 
 } // namespace afterglow

@@ -130,4 +130,6 @@ TEST_CASE("afterglowctl refuses wrong calibrations and wrong usage with a senten
     CHECK(calibration({"show", folder / "none"}).errors ==
           "afterglowctl: " + (folder / "none") + ": cannot be read: No such file or directory\n");
     CHECK(calibration({"show", folder.path()}).code == 1);
+    for (const char *size : {"640x", "640", "640x480x640", "-640x480", "0x480", "axb"})
+        CHECK(calibration({"show", file, std::string("--color-size=") + size}).code == 2);
 }

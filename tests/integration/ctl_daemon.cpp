@@ -6,11 +6,14 @@
 #include "tests/served.hpp"
 #include "tests/test_rig.hpp"
 
+#include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace {
@@ -73,6 +76,31 @@ TEST_CASE("afterglowctl latency measures from capture and from publication") {
     CHECK(served.ctl({"latency", "--frames", "20"}).output.find("publish to here ") !=
           std::string::npos);
     CHECK(served.ctl({"latency", "--frames", "0"}).code == 2);
+}
+
+TEST_CASE("afterglowctl takes an empty word for a word, not for none") {
+    const Served served(small_room);
+    CHECK(served.ctl({"mode", ""}).code == 1);
+    CHECK(served.ctl({"log-level", ""}).code == 1);
+    CHECK(served.ctl({"mode"}).output == "auto\n");
+}
+
+TEST_CASE("afterglowctl monitor that is stopped and goes on misses frames, and no more") {
+    const Served served(small_room);
+    Program monitor(words(served, {"monitor", "--json"}));
+    const auto lines = [&] {
+        const std::string output = monitor.output();
+        return std::count(output.begin(), output.end(), '\n');
+    };
+    for (int round = 0; round < 20; ++round) {
+        const auto before = lines();
+        REQUIRE(wait_until([&] { return lines() > before || !monitor.runs(); }));
+        monitor.signal(SIGSTOP);
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        monitor.signal(SIGCONT);
+    }
+    INFO(monitor.errors());
+    CHECK(monitor.runs());
 }
 
 TEST_CASE("afterglowctl snapshot --json says which frame it is of, beside the picture") {

@@ -66,7 +66,7 @@ TEST_CASE("afterglow-eval rigs refuses what it cannot do before it begins") {
     const Ended unwritable =
         run({"afterglow-eval", "rigs", "--frames", "3", "--json", "/nonexistent/rigs.json"});
     CHECK(unwritable.code == 1);
-    CHECK(unwritable.errors.find("/nonexistent/rigs.json: cannot be written: No such file") !=
+    CHECK(unwritable.errors.find("/nonexistent/rigs.json cannot be written: No such file") !=
           std::string::npos);
     CHECK(unwritable.output.empty());
 }

@@ -216,6 +216,16 @@ TEST_CASE("afterglow-eval run says how a recording was shown, and refuses to sho
     CHECK(settings["published"] == "color");
     const Ended none = run({"afterglow-eval", "run", recording, "--skip", std::to_string(frames)});
     CHECK(none.code == 1);
+    for (const std::vector<std::string> &options :
+         {std::vector<std::string>{"--seed", "5"}, {"--motion", "3"}, {"--no-noise"}}) {
+        std::vector<std::string> words = {"afterglow-eval", "run", recording};
+        words.insert(words.end(), options.begin(), options.end());
+        const Ended refused = run(words);
+        CHECK(refused.code == 1);
+        CHECK(refused.errors.find("are of the synthetic room, not of recordings") !=
+              std::string::npos);
+    }
+    CHECK(run({"afterglow-eval", "run", "synthetic", "--layout", "tum"}).code == 1);
     CHECK(none.errors.find(fmt::format("nothing is left of {0} frames when {0} are skipped",
                                        frames)) != std::string::npos);
 }

@@ -274,7 +274,8 @@ TEST_CASE("afterglow-eval run exits with 1 and one line for an input it cannot e
     const Ended ended = evaluate(dataset, options);
     INFO(ended.errors);
     CHECK(ended.code == 1);
-    CHECK(ended.output.empty());
+    const bool is_scored = options == Words{"--csv", "/dev/full"};
+    CHECK(ended.output.empty() != is_scored); // what took so long is told in any case
     CHECK(ended.errors.find("afterglow-eval: ") == 0);
     CHECK(ended.errors.find(told) != std::string::npos);
     CHECK(ended.errors.find(options.empty() ? dataset : options[1]) != std::string::npos);

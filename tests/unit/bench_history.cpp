@@ -119,5 +119,10 @@ TEST_CASE("the page of speed over time refuses files without times or instructio
         CHECK(files.error(content) == "file.json has a count without sequence, preset or target");
     CHECK(files.error(R"([{"sequence": "desk", "preset": "p", "target": "t"}])") ==
           "file.json has no instructions_mean of desk, p, t");
+    // No axis has ticks for these.
+    for (const char *mean : {"1e-320", "1e308"})
+        CHECK(files.error(std::string(R"([{"sequence": "desk", "preset": "p", "target": "t",)") +
+                          R"("instructions_mean": )" + mean + "}]") ==
+              "file.json has no instructions_mean of desk, p, t");
     CHECK_FALSE(bench::history_page({"/nowhere/file.json"}));
 }

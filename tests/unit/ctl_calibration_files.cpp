@@ -355,6 +355,8 @@ TEST_CASE("a wrong file is refused with the line and what is expected") {
         {replaced(ros, "plumb_bob", "fov"), "a:8: distortion_model: \"fov\" is not known here"},
         {replaced(ros, "image_width", "width"), "a:1: image_width is missing"},
         {replaced(ros, "camera_matrix", "K"), "a:1: camera_matrix is missing"},
+        {replaced(ros, "image_height: 480", "image_height: -480"),
+         "a:2: image_height: -480 is not a number of pixels"},
         {replaced(kalibr, "pinhole", "omni"), "a:2: camera_model: \"omni\" is not known here"},
         {replaced(kalibr, "radtan", "fov"), "a:4: distortion_model: \"fov\" is not known here"},
         {replaced(kalibr, "[458.5, ", "["), "a:3: intrinsics: has 3 numbers (expected 4)"},
@@ -374,6 +376,11 @@ TEST_CASE("a wrong file is refused with the line and what is expected") {
         INFO(expected);
         CHECK(refusal(text).substr(0, expected.size()) == expected);
     }
+}
+
+TEST_CASE("a key that stands twice is refused") {
+    const std::string twice = refusal(ros + "image_width: 320\n");
+    CHECK(twice.ends_with(": image_width stands here twice"));
 }
 
 TEST_CASE("aliases that stand for very much more are refused") {

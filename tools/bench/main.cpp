@@ -3,11 +3,7 @@
 // afterglow-bench: afterglow's speed beside that of what a user would take instead.
 #include "tools/bench/frame/command.hpp"
 #include "tools/bench/ipc/command.hpp"
-
-#include <fmt/format.h>
-
-#include <cstdio>
-#include <cstdlib>
+#include "tools/command_line/run_program.hpp"
 
 using namespace afterglow;
 using namespace afterglow::bench;
@@ -24,10 +20,8 @@ int main(int argc, char **argv) {
     CLI::App *frame_command = app.add_subcommand(
         "frame", "The time that depth for a frame takes, beside OpenCV's, one thread");
     frame.add_to(*frame_command);
-    CLI11_PARSE(app, argc, argv);
-    if (const Status done = ipc_command->parsed() ? bench_ipc(ipc) : bench_frames(frame); !done) {
-        fmt::print(stderr, "afterglow-bench: {}\n", done.error().message);
-        return EXIT_FAILURE;
-    }
-    return EXIT_SUCCESS;
+    return run_program(app, argc, argv, [&]() -> Result<int> {
+        const Status done = ipc_command->parsed() ? bench_ipc(ipc) : bench_frames(frame);
+        return done ? Result<int>(0) : done.error();
+    });
 }

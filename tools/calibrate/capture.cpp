@@ -7,6 +7,7 @@
 #include "tools/calibrate/find_board.hpp"
 #include "tools/calibrate/report_pictures.hpp"
 #include "tools/calibrate/still_views.hpp"
+#include "tools/command_line/run_program.hpp"
 
 #include <fmt/format.h>
 
@@ -75,6 +76,8 @@ Result<bool> capture_stills(CameraFeed &feed, CapturesWriter &writer, const Boar
         if (!more)
             return more.error();
         if (!*more) {
+            if (views.count() == 0)
+                return Error{"the recording is over, and has no view of the board at rest"};
             fmt::print("the recording is over, with {} views\n", views.count());
             return false;
         }
@@ -194,6 +197,9 @@ Result<int> capture(const Arguments &arguments) {
         std::fflush(stdout);
         if (Status recorded = capture_moving(*feed, *writer, arguments.moving_s); !recorded)
             return recorded.error();
+        if (stopped != 0)
+            return Error{fmt::format("stopped while the board was waved; {} has what was recorded",
+                                     arguments.output)};
     }
     fmt::print("Done: {0}. Next: afterglowctl calibrate solve {0} -o rig.toml\n", arguments.output);
     return 0;
@@ -219,11 +225,11 @@ CalibrateAction declare_capture(CLI::App &app) {
     app.add_option("--moving", arguments->moving_s,
                    "for how many seconds the moving board is recorded; 0: not at all")
         ->capture_default_str()
-        ->check(CLI::Range(0.0, 60.0));
+        ->check(number_between(0, 60));
     app.add_option("--patience", arguments->patience_s,
                    "give up when there was no new view for so many seconds")
         ->capture_default_str()
-        ->check(CLI::Range(1.0, 3600.0));
+        ->check(number_between(1, 3600));
     return [arguments] { return capture(*arguments); };
 }
 

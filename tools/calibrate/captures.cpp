@@ -101,6 +101,8 @@ Result<Captures> read_captures(const std::string &folder) {
 }
 
 Result<CapturesWriter> CapturesWriter::create(const std::string &folder, const Board &board) {
+    if (folder.empty())
+        return Error{"the name of a folder is empty", EINVAL};
     std::error_code problem;
     if (fs::exists(folder + "/" + still_list, problem))
         return Error{fmt::format("{}: holds captures already", printable(folder)), EEXIST};

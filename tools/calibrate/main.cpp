@@ -1,30 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/base/standard_output.hpp"
 #include "tools/calibrate/command.hpp"
-#include "tools/command_line/unknown_command.hpp"
+#include "tools/command_line/run_program.hpp"
 
-#include <fmt/format.h>
-
-#include <cstdio>
-#include <exception>
-#include <string>
+#include <algorithm>
 #include <utility>
 #include <vector>
 
 using namespace afterglow;
-
-namespace {
-
-constexpr int exit_failure = 1;
-constexpr int exit_usage = 2;
-
-int fail(const std::string &sentence, int code = exit_failure) {
-    std::fflush(stdout); // what was found so far stands before why it ends
-    fmt::print(stderr, "afterglow-calibrate: {}\n", sentence);
-    return code;
-}
-
-} // namespace
 
 /// 0: done; 1: it could not be done; 2: the command line is wrong.
 int main(int argc, char **argv) {
@@ -40,23 +22,9 @@ int main(int argc, char **argv) {
     add("print-board", "Write a board to print, at true scale", declare_print_board);
     add("capture", "Record a board before the cameras of a configuration, guided", declare_capture);
     add("solve", "Calibrate a rig from what was recorded", declare_solve);
-    try {
-        app.parse(argc, argv);
-        for (const auto &[command, action] : commands) {
-            if (!command->parsed())
-                continue;
-            const Result<int> done = action();
-            if (!done)
-                return fail(done.error().message);
-            const Status written = flush_standard_output();
-            return written ? *done : fail(written.error().message);
-        }
-        return exit_usage;
-    } catch (const CLI::ParseError &error) {
-        if (const auto name = unknown_command(app))
-            return fail(no_such_command(innermost(app), *name), exit_usage);
-        return app.exit(error) == 0 ? 0 : exit_usage;
-    } catch (const std::exception &error) { // OpenCV's
-        return fail(error.what());
-    }
+    return run_program(app, argc, argv, [&] {
+        const auto chosen = std::ranges::find_if(
+            commands, [](const auto &command) { return command.first->parsed(); });
+        return chosen->second();
+    });
 }

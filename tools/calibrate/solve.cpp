@@ -121,21 +121,24 @@ Result<int> solve(const SolveArguments &arguments) {
     }
     print_fit(*fit, seen->stills, timing);
     const Assessment assessment = assess(*fit, board, seen->stills, timing);
+    fmt::print("Verdict: {}\n", to_text(assessment.verdict));
+    for (const std::string &reason : assessment.reasons)
+        fmt::print("  - {}\n", reason);
+    const bool is_usable = assessment.verdict != Verdict::not_usable;
+    if (is_usable) {
+        if (Status written = write_file(arguments.output, calibration_toml(fit->rig)); !written)
+            return written.error();
+        fmt::print("Written: {}. The daemon reads it by rig.calibration = \"{}\"\n",
+                   arguments.output, arguments.output);
+    }
     if (Status written =
             write_report_pictures(arguments.report, *captures, board, seen->stills, *fit);
         !written)
         return written.error();
     fmt::print("Pictures: {}/color.png, {}depth_on_color.png\n", arguments.report,
                fit->tof_noise_px > 0 ? "tof.png, " : "");
-    fmt::print("Verdict: {}\n", to_text(assessment.verdict));
-    for (const std::string &reason : assessment.reasons)
-        fmt::print("  - {}\n", reason);
-    if (assessment.verdict == Verdict::not_usable)
+    if (!is_usable)
         return Error{fmt::format("{} was not written: see the verdict", arguments.output)};
-    if (Status written = write_file(arguments.output, calibration_toml(fit->rig)); !written)
-        return written.error();
-    fmt::print("Written: {}. The daemon reads it by rig.calibration = \"{}\"\n", arguments.output,
-               arguments.output);
     return 0;
 }
 

@@ -4,6 +4,7 @@
 #include "core/base/write_file.hpp"
 #include "daemon/open_rig.hpp"
 #include "tools/characterise/report.hpp"
+#include "tools/command_line/run_program.hpp"
 #include "tools/ctl/command.hpp"
 #include "tools/ctl/daemon.hpp"
 #include "tools/ctl/json.hpp"
@@ -74,6 +75,10 @@ Result<int> run(const Settings &settings, const Arguments &arguments) {
                                  "`systemctl stop afterglowd`",
                                  describe_bus(settings.bus)),
                      EBUSY};
+    // Looked at before the work, so that it is not in vain.
+    if (std::error_code ignored;
+        !arguments.output.empty() && std::filesystem::exists(arguments.output, ignored))
+        return Error{arguments.output + " exists already; give the name of a new file", EEXIST};
     const Result<Config> config =
         is_recorded ? Result<Config>(Config{}) : load_config(arguments.config);
     if (!config)
@@ -97,12 +102,14 @@ Result<int> run(const Settings &settings, const Arguments &arguments) {
     if (!found)
         return found.error();
     const std::string text = report(*found, *config);
+    // Whether it can be written or not, the result is printed.
+    if (settings.json)
+        static_cast<void>(print_json(json_of(*found)));
+    else
+        fmt::print("{}", text);
     if (!arguments.output.empty())
         if (const Status written = write_new_file(arguments.output, text); !written)
             return written.error();
-    if (settings.json)
-        return print_json(json_of(*found));
-    fmt::print("{}", text);
     return 0;
 }
 
@@ -119,7 +126,7 @@ Action declare_characterise(CLI::App &app, const Settings &settings) {
         ->type_name("FOLDER")
         ->excludes(config);
     app.add_option("--seconds", arguments->seconds, "how long to look")
-        ->check(CLI::Range(1.0, 3600.0))
+        ->check(number_between(1, 3600))
         ->capture_default_str();
     app.add_option("-o,--output", arguments->output,
                    "write it to a new file, too; as FILE.d/NAME.toml it overrides FILE")

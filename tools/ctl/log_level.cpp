@@ -6,18 +6,20 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <optional>
+#include <string>
 
 namespace afterglow {
 namespace {
 
-Result<int> show_or_set(const Settings &settings, const std::string &level) {
+Result<int> show_or_set(const Settings &settings, const std::optional<std::string> &level) {
     Result<Daemon> daemon = Daemon::connect(settings.bus);
     if (!daemon)
         return daemon.error();
-    if (!level.empty())
-        if (const Status set = daemon->set(log_interface, "LogLevel", "s", level.c_str()); !set)
+    if (level)
+        if (const Status set = daemon->set(log_interface, "LogLevel", "s", level->c_str()); !set)
             return set.error();
-    if (!level.empty() && !settings.json)
+    if (level && !settings.json)
         return 0;
     const Result<Json> now = daemon->get(log_interface, "LogLevel");
     if (!now)
@@ -31,7 +33,7 @@ Result<int> show_or_set(const Settings &settings, const std::string &level) {
 } // namespace
 
 Action declare_log_level(CLI::App &app, const Settings &settings) {
-    const auto level = std::make_shared<std::string>();
+    const auto level = std::make_shared<std::optional<std::string>>();
     app.add_option("LEVEL", *level,
                    "emerg, alert, crit, err, warning, notice, info or debug: log what is as urgent "
                    "or more; shown if not given")

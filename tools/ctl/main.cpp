@@ -1,22 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "core/base/standard_output.hpp"
-#include "tools/command_line/unknown_command.hpp"
+#include "tools/command_line/run_program.hpp"
 #include "tools/ctl/command.hpp"
 
-#include <fmt/format.h>
-
-#include <cstdio>
-#include <exception>
-
 namespace {
-
-constexpr int exit_failure = 1;
-constexpr int exit_usage = 2;
-
-int fail(const std::string &sentence, int code = exit_failure) {
-    fmt::print(stderr, "afterglowctl: {}\n", sentence);
-    return code;
-}
 
 void declare_settings(CLI::App &app, afterglow::Settings &settings) {
     auto *bus = app.add_option_group("bus", "where the daemon is; the system bus if not given");
@@ -41,18 +27,5 @@ int main(int argc, char **argv) {
         afterglow::declare_commands(app, afterglow::all_commands(), settings);
     app.footer("Exit status: 0 done; 1 the daemon or the system refused; 2 wrong usage. request "
                "and hold give\nthat of their command.");
-    try {
-        app.parse(argc, argv);
-        const afterglow::Result<int> done = action();
-        if (!done)
-            return fail(done.error().message);
-        const afterglow::Status written = afterglow::flush_standard_output();
-        return written ? *done : fail(written.error().message);
-    } catch (const CLI::ParseError &error) {
-        if (const auto name = afterglow::unknown_command(app))
-            return fail(afterglow::no_such_command(afterglow::innermost(app), *name), exit_usage);
-        return app.exit(error) == 0 ? 0 : exit_usage;
-    } catch (const std::exception &error) {
-        return fail(error.what());
-    }
+    return afterglow::run_program(app, argc, argv, action);
 }

@@ -6,18 +6,20 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <optional>
+#include <string>
 
 namespace afterglow {
 namespace {
 
-Result<int> show_or_set(const Settings &settings, const std::string &mode) {
+Result<int> show_or_set(const Settings &settings, const std::optional<std::string> &mode) {
     Result<Daemon> daemon = Daemon::connect(settings.bus);
     if (!daemon)
         return daemon.error();
-    if (!mode.empty())
-        if (const Status set = daemon->set(depth_interface, "Mode", "s", mode.c_str()); !set)
+    if (mode)
+        if (const Status set = daemon->set(depth_interface, "Mode", "s", mode->c_str()); !set)
             return set.error();
-    if (!mode.empty() && !settings.json)
+    if (mode && !settings.json)
         return 0;
     const Result<Json> properties = daemon->properties();
     if (!properties)
@@ -32,7 +34,7 @@ Result<int> show_or_set(const Settings &settings, const std::string &mode) {
 } // namespace
 
 Action declare_mode(CLI::App &app, const Settings &settings) {
-    const auto mode = std::make_shared<std::string>();
+    const auto mode = std::make_shared<std::optional<std::string>>();
     app.add_option("NAME", *mode, "auto, always-on, interval or off; shown if not given")
         ->type_name("");
     return [&settings, mode] { return show_or_set(settings, *mode); };

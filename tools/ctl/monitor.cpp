@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 
 namespace afterglow {
@@ -30,11 +31,12 @@ const char *name(std::uint32_t source) {
 /// Writes the line at once, also into a pipe. Errors: stdout cannot be written.
 Status print(const afterglow_frame &frame) {
     const double error = static_cast<double>(frame.expected_mre);
-    const double latency_ms = static_cast<double>(frame.published_ns - frame.t_ns) * 1e-6;
-    fmt::print("{:>6} {:<8} {:<5} {:>3} {:>5.1f} {:>4} {:>3.0f}\n", frame.index, name(frame.source),
+    const auto latency_ns = since_capture_ns(frame, frame.published_ns);
+    fmt::print("{:>6} {:<8} {:<5} {:>3} {:>5.1f} {:>4} {:>3}\n", frame.index, name(frame.source),
                frame.emitter == AFTERGLOW_EMITTER_ON ? "lit" : "dark", frame.age_frames,
                static_cast<double>(frame.coverage),
-               error < 0 ? "-" : fmt::format("{:.{}f}", error, error < 9.995 ? 2 : 1), latency_ms);
+               error < 0 ? "-" : fmt::format("{:.{}f}", error, error < 9.995 ? 2 : 1),
+               latency_ns ? fmt::format("{:.0f}", static_cast<double>(*latency_ns) * 1e-6) : "-");
     return flush_standard_output();
 }
 
@@ -63,7 +65,7 @@ Action declare_monitor(CLI::App &app, const Settings &settings) {
     const auto frames = std::make_shared<int>(0);
     app.add_option("--frames", *frames, "stop after so many; 0 = never")
         ->type_name("N")
-        ->check(CLI::NonNegativeNumber);
+        ->check(CLI::Range(0, std::numeric_limits<int>::max()));
     return [&settings, frames] { return monitor(settings, *frames); };
 }
 

@@ -91,7 +91,9 @@ Status write_to_stdout(const Image<Rgb> &picture) {
     std::vector<const std::uint8_t *> rows;
     for (int v = 0; v < picture.height(); ++v)
         rows.push_back(reinterpret_cast<const std::uint8_t *>(picture.row(v)));
-    return encode_png(stdout, {picture.width(), picture.height(), 8, false}, rows);
+    const Status encoded = encode_png(stdout, {picture.width(), picture.height(), 8, false}, rows);
+    return encoded ? encoded
+                   : Error{"standard output " + encoded.error().message, encoded.error().code};
 }
 
 Status write(const std::string &path, Format format, const Shot &shot) {

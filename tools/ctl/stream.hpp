@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -38,5 +39,14 @@ private:
 
     std::unique_ptr<afterglow_stream, Closer> stream_;
 };
+
+/// Nanoseconds from the capture of a frame's image to `then_ns` (CLOCK_MONOTONIC). Nothing where
+/// its time is that of a recording, which says nothing of now (replay.real_time = false).
+inline std::optional<std::int64_t> since_capture_ns(const afterglow_frame &frame,
+                                                    std::int64_t then_ns) {
+    constexpr std::int64_t hour_ns = 3'600'000'000'000;
+    const std::int64_t since_ns = then_ns - frame.t_ns;
+    return since_ns >= 0 && since_ns < hour_ns ? std::optional(since_ns) : std::nullopt;
+}
 
 } // namespace afterglow

@@ -6,8 +6,8 @@
 #include "drivers/files/recording.hpp"
 #include "drivers/simulated/rounds.hpp"
 #include "drivers/simulated/sequence_rig.hpp"
+#include "tools/command_line/run_program.hpp"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <linux/videodev2.h>
 #include <sys/ioctl.h>
@@ -82,9 +82,9 @@ int main(int argc, char **argv) {
     CLI::App app("Plays the images of a recording into a v4l2loopback device.", "afterglow-feed");
     app.add_option("device", device, "such as /dev/video20")->required();
     app.add_option("recording", recording, "a folder in TUM layout")->required();
-    app.add_option("--speed", speed, "of the recorded pace")->check(CLI::Range(0.01, 100.0));
-    CLI11_PARSE(app, argc, argv);
-    const afterglow::Status ended = afterglow::feed(device, recording, speed);
-    fmt::print(stderr, "afterglow-feed: {}\n", ended.error().message);
-    return 1;
+    app.add_option("--speed", speed, "of the recorded pace")
+        ->check(afterglow::number_between(0.01, 100));
+    return afterglow::run_program(app, argc, argv, [&]() -> afterglow::Result<int> {
+        return afterglow::feed(device, recording, speed).error();
+    });
 }

@@ -96,10 +96,13 @@ std::string regressions(const nlohmann::json &summaries, const nlohmann::json &b
     std::string text;
     for (const nlohmann::json &now : summaries) {
         const auto before = std::ranges::find_if(baseline, [&](const nlohmann::json &entry) {
-            const auto has = [&](const char *key) { return entry.contains(key); };
-            return entry.is_object() && std::ranges::all_of(keys, has) &&
+            return entry.is_object() &&
+                   std::ranges::all_of(keys,
+                                       [&](const char *key) {
+                                           return entry.contains(key) && entry.at(key).is_number();
+                                       }) &&
                    std::ranges::all_of(identity, [&](const char *key) {
-                       return has(key) && entry.at(key) == now.at(key);
+                       return entry.contains(key) && entry.at(key) == now.at(key);
                    });
         });
         const std::string name =

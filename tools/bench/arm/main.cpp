@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // afterglow-count: the instructions that ARM processors need for a frame, counted under qemu-user.
+#include "core/base/read_file.hpp"
 #include "core/base/temporary_directory.hpp"
-#include "drivers/files/read_file.hpp"
+#include "core/base/write_file.hpp"
 #include "eval/json.hpp"
 #include "tools/bench/arm/count_tables.hpp"
+#include "tools/command_line/run_program.hpp"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
-#include <fstream>
 #include <optional>
 #include <thread>
 
@@ -68,7 +68,7 @@ struct Options {
         app.add_option("--check", check_file, "Fail where counts are above those of FILE")
             ->type_name("FILE");
         app.add_option("--margin", margin, "Percent that they may be above")
-            ->check(CLI::Range(0.0, 1000.0))
+            ->check(number_between(0, 1000))
             ->capture_default_str();
     }
 };
@@ -117,8 +117,8 @@ void work(std::vector<Job> &jobs, std::atomic<std::size_t> &next) {
         }
         job.run.folder = own->path();
         job.counts = count_instructions(job.run);
-        fmt::print(stderr, "{}, {}, {}: counted\n", job.sequence, job.run.preset,
-                   job.run.target.name);
+        fmt::print(stderr, "{}, {}, {}: {}\n", job.sequence, job.run.preset, job.run.target.name,
+                   *job.counts ? "counted" : "failed");
     }
 }
 
@@ -178,9 +178,10 @@ Status run(const Options &options) {
         stages += stage_table(sequence);
     }
     fmt::print("{}{}", table, stages);
-    if (!options.json_file.empty() &&
-        !(std::ofstream(options.json_file) << json_text(summaries, 2) << '\n').flush())
-        return Error{options.json_file + " cannot be written", EIO};
+    if (!options.json_file.empty())
+        if (Status written = write_file(options.json_file, json_text(summaries, 2) + "\n");
+            !written)
+            return written;
     return options.check_file.empty() ? ok() : compare(options, summaries);
 }
 
@@ -191,10 +192,8 @@ int main(int argc, char **argv) {
                  "afterglow-count");
     Options options;
     options.add_to(app);
-    CLI11_PARSE(app, argc, argv);
-    if (const Status done = run(options); !done) {
-        fmt::print(stderr, "afterglow-count: {}\n", done.error().message);
-        return exit_failure;
-    }
-    return 0;
+    return run_program(app, argc, argv, [&]() -> Result<int> {
+        const Status done = run(options);
+        return done ? Result<int>(0) : done.error();
+    });
 }

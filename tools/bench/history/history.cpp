@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tools/bench/history/history.hpp"
 
-#include "drivers/files/read_file.hpp"
+#include "core/base/read_file.hpp"
 #include "tools/picture/figure.hpp"
 #include "tools/picture/html_text.hpp"
 #include "tools/picture/page_style.hpp"
@@ -58,7 +58,9 @@ std::string text_of(const json &object, const char *key) {
 /// NaN where there is no number.
 double number_of(const json &object, const char *key) {
     const auto found = object.find(key);
-    return found != object.end() && found->is_number() ? found->get<double>() : std::nan("");
+    const double number =
+        found != object.end() && found->is_number() ? found->get<double>() : std::nan("");
+    return number >= 1e-30 && number <= 1e30 ? number : std::nan(""); // as far as axes have ticks
 }
 
 /// A benchmark of afterglow, not of what it is compared with.

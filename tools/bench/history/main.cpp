@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 // afterglow-history: how afterglow's speed changed, as pictures.
+#include "core/base/write_file.hpp"
 #include "tools/bench/history/history.hpp"
+#include "tools/command_line/run_program.hpp"
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
-#include <cerrno>
-#include <cstdio>
-#include <cstdlib>
-#include <fstream>
 #include <string>
 #include <vector>
 
@@ -17,14 +14,14 @@ using namespace afterglow;
 
 namespace {
 
-Status write_history(const std::vector<std::string> &files, const std::string &html_file) {
+Result<int> write_history(const std::vector<std::string> &files, const std::string &html_file) {
     const auto page = bench::history_page(files);
     if (!page)
         return page.error();
-    if (!(std::ofstream(html_file) << *page).flush())
-        return Error{html_file + " cannot be written", EIO};
+    if (Status written = write_file(html_file, *page); !written)
+        return written.error();
     fmt::print("{} shows {} files\n", html_file, files.size());
-    return ok();
+    return 0;
 }
 
 } // namespace
@@ -38,10 +35,5 @@ int main(int argc, char **argv) {
                    "What ./dev bench and ./dev bench arm wrote with --json, the oldest first")
         ->required();
     app.add_option("--html", html_file, "Write the page to FILE")->required()->type_name("FILE");
-    CLI11_PARSE(app, argc, argv);
-    if (const Status done = write_history(files, html_file); !done) {
-        fmt::print(stderr, "afterglow-history: {}\n", done.error().message);
-        return EXIT_FAILURE;
-    }
-    return EXIT_SUCCESS;
+    return run_program(app, argc, argv, [&] { return write_history(files, html_file); });
 }

@@ -3,13 +3,13 @@
 
 #include "core/base/child_process.hpp"
 #include "core/base/temporary_directory.hpp"
+#include "core/base/write_file.hpp"
 #include "tools/bench/ipc/results.hpp"
 
 #include <fmt/format.h>
 
 #include <cerrno>
 #include <cstdlib>
-#include <fstream>
 #include <poll.h>
 #include <unistd.h>
 
@@ -95,10 +95,7 @@ Status bench_ipc(const IpcArguments &arguments) {
     if (!cases)
         return cases.error();
     fmt::print("{}", table(*cases));
-    if (!arguments.json_file.empty() &&
-        !(std::ofstream(arguments.json_file) << json(*cases)).flush())
-        return Error{arguments.json_file + " cannot be written", EIO};
-    return ok();
+    return arguments.json_file.empty() ? ok() : write_file(arguments.json_file, json(*cases));
 }
 
 } // namespace afterglow::bench

@@ -6,10 +6,16 @@
 
 #include <map>
 #include <memory>
+#include <regex>
 #include <string>
 
 namespace afterglow {
 namespace {
+
+std::string problem_of_size(const std::string &text) {
+    static const std::regex size("[1-9][0-9]{0,5}x[1-9][0-9]{0,5}");
+    return std::regex_match(text, size) ? "" : text + " is not WIDTHxHEIGHT, as 640x480";
+}
 
 /// What all verbs have. Without files all other options are refused.
 std::shared_ptr<RigFiles> declare_files(CLI::App &app, bool required) {
@@ -23,9 +29,11 @@ std::shared_ptr<RigFiles> declare_files(CLI::App &app, bool required) {
         ->type_name("NAME");
     app.add_option("--tof", files->tof, "the TOF camera: its name or its file")->type_name("NAME");
     app.add_option("--color-size", files->color_size, "of its pictures, if no file tells")
-        ->type_name("WxH");
+        ->type_name("WxH")
+        ->check(problem_of_size);
     app.add_option("--tof-size", files->tof_size, "of its depth maps, if no file tells")
-        ->type_name("WxH");
+        ->type_name("WxH")
+        ->check(problem_of_size);
     app.add_flag("--fisheye", files->hints.fisheye,
                  "OpenCV's coefficients are of its fisheye model");
     static const std::map<std::string, double> units = {{"m", 1}, {"cm", 0.01}, {"mm", 0.001}};

@@ -3,6 +3,8 @@
 #include "tools/ctl/calibration/node.hpp"
 
 #include <algorithm>
+#include <set>
+#include <string>
 #include <yaml-cpp/yaml.h>
 
 namespace afterglow {
@@ -21,6 +23,7 @@ public:
         to.line = std::max(from.Mark().line, 0) + 1;
         if (from.IsScalar())
             to.text = from.Scalar();
+        std::set<std::string> names;
         if (from.IsSequence() || from.IsMap())
             for (const auto &each : from) {
                 Node &child = to.children.emplace_back();
@@ -29,8 +32,11 @@ public:
                     return false;
                 if (!take(named ? each.second : YAML::Node(each), child, depth + 1))
                     return false;
-                if (named)
-                    child.name = each.first.Scalar();
+                if (!named)
+                    continue;
+                child.name = each.first.Scalar();
+                if (!names.insert(child.name).second)
+                    throw YAML::Exception(each.first.Mark(), child.name + " stands here twice");
             }
         return true;
     }
