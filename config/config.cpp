@@ -144,6 +144,11 @@ private:
 
     /// Parameters that contradict each other.
     void check_conflicts() {
+        if (!names_bus(config_.daemon.bus))
+            problem(place_of("daemon.bus"), "daemon.bus",
+                    fmt::format("{} is no bus (\"system\", \"session\" or an address as "
+                                "\"unix:path=/run/bus\")",
+                                toml_value(*table_.find("daemon.bus"))));
         if (!problems_.empty())
             return;
         for (const auto &[key, other, sentence] : table_.conflicts())
@@ -318,6 +323,10 @@ Result<std::vector<std::string>> drop_ins(const std::string &path) {
 }
 
 } // namespace
+
+bool names_bus(std::string_view bus) {
+    return bus == "system" || bus == "session" || bus.find(':') != std::string_view::npos;
+}
 
 bool is_of_calibration_file(std::string_view key) {
     static constexpr std::string_view keys[] = {"color.width",  "color.height",    "color.fx",

@@ -136,4 +136,7 @@ Result<Config> load_config(const std::string &path, const std::string &policy = 
 /// The same of the text of one file; `path` stands in messages and for its folder.
 Result<Config> parse_config(std::string_view text, const std::string &path);
 
+/// Whether it can be a bus: "system", "session", or in the form of a D-Bus address.
+bool names_bus(std::string_view bus);
+
 } // namespace afterglow

@@ -97,7 +97,13 @@ int main(int argc, char **argv) {
         "--system", [&] { arguments.files.bus = "system"; }, "the system bus");
     bus->add_flag_callback(
         "--session", [&] { arguments.files.bus = "session"; }, "the session bus");
-    bus->add_option("--bus", arguments.files.bus, "the bus at an address")->type_name("ADDRESS");
+    bus->add_option("--bus", arguments.files.bus, "the bus at an address")
+        ->type_name("ADDRESS")
+        ->check([](const std::string &bus) {
+            return afterglow::names_bus(bus)
+                       ? std::string()
+                       : bus + " is no address of a bus, as unix:path=/run/bus";
+        });
     bus->require_option(0, 1);
     app.add_option("--policy", arguments.files.policy,
                    "what SavePolicy on D-Bus writes, and what overrides the configuration")

@@ -73,6 +73,8 @@ TEST_CASE("afterglowd --darken switches the light off without a D-Bus connection
 TEST_CASE("afterglowd exits with 2 on wrong command-line usage") {
     CHECK(run({"afterglowd", "--session", "--system"}).code == 2);
     CHECK(run({"afterglowd", "--dance"}).code == 2);
+    CHECK(run({"afterglowd", "--bus", "sesion"}).code == 2);
+    CHECK(run({"afterglowctl", "--bus", "", "status"}).code == 2);
     CHECK(run({"afterglowd", "--print-config", "--darken"}).code == 2);
     CHECK(run({"afterglowd", "--version"}).code == 0);
 }

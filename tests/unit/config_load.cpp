@@ -134,6 +134,15 @@ TEST_CASE("an empty configuration is refused for its three missing drivers") {
           "led, gpio, openni2-emitter, openni2-stream)");
 }
 
+TEST_CASE("a bus that cannot be one is refused") {
+    for (const char *bus :
+         {"system", "session", "unix:path=/run/bus", "unix:abstract=a;tcp:port=1"})
+        CHECK(parse_config(drivers + "[daemon]\nbus = \"" + bus + "\"\n", "a.toml"));
+    CHECK(problems(drivers + "[daemon]\nbus = \"sesion\"\n") ==
+          "a.toml:8: daemon.bus: \"sesion\" is no bus (\"system\", \"session\" or an address as "
+          "\"unix:path=/run/bus\")");
+}
+
 TEST_CASE("an unknown driver is refused with the list of built drivers") {
     CHECK(problems("color.driver = \"v4l3\"\ntof.driver = \"synthetic\"\n"
                    "illuminator.driver = \"synthetic\"\n") ==

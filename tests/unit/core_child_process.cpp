@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <fcntl.h>
+#include <filesystem>
 #include <string>
 #include <thread>
 #include <unistd.h>
@@ -94,13 +95,15 @@ TEST_CASE("a child process has no blocked and no ignored signals, whatever its p
 
 TEST_CASE("a child process ends with its object, also one that ignores the polite signal") {
     pid_t pid = -1;
+    const TemporaryFolder folder;
     {
         auto child = ChildProcess::start(
-            {.command = {"sh", "-c", "trap '' TERM; while :; do sleep 0.1; done"},
+            {.command = {"sh", "-c", "trap '' TERM; touch \"$1\"; while :; do sleep 0.1; done",
+                         "sh", folder / "ready"},
              .end_signal = SIGTERM});
         REQUIRE(child);
         pid = child->pid();
-        std::this_thread::sleep_for(200ms); // the trap is set
+        REQUIRE(wait_until([&] { return std::filesystem::exists(folder / "ready"); }));
     }
     CHECK_FALSE(is_alive(pid));
 }

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "config/config.hpp"
 #include "tools/command_line/run_program.hpp"
 #include "tools/ctl/command.hpp"
 
@@ -10,7 +11,13 @@ void declare_settings(CLI::App &app, afterglow::Settings &settings) {
         "--system", [&] { settings.bus = "system"; }, "the system bus");
     bus->add_flag_callback(
         "--session", [&] { settings.bus = "session"; }, "the session bus");
-    bus->add_option("--bus", settings.bus, "the bus at an address")->type_name("ADDRESS");
+    bus->add_option("--bus", settings.bus, "the bus at an address")
+        ->type_name("ADDRESS")
+        ->check([](const std::string &bus) {
+            return afterglow::names_bus(bus)
+                       ? std::string()
+                       : bus + " is no address of a bus, as unix:path=/run/bus";
+        });
     bus->require_option(0, 1);
     app.add_flag("--json", settings.json, "print one JSON document (monitor: one for each frame)");
 }
