@@ -160,7 +160,7 @@ TEST_CASE("a printed configuration loads again to the same configuration") {
             REQUIRE(assign_text(row, row.key == "illuminator.payload" ? allowed.choices[0]
                                                                       : allowed.choices.back()));
         else if (auto *const *text = std::get_if<std::string *>(&row.field))
-            **text = "/a \"quoted\" \\ \x1b\n\t'text' # \xc3\xb6";
+            **text = "/a: \"quoted\" \\ \x1b\n\t'text' # \xc3\xb6";
         else if (!assign(row, 0.87 * allowed.minimum + 0.13 * allowed.maximum))
             for (int steps = 1; toml_value(row) == before; ++steps)
                 REQUIRE(assign(row, static_cast<std::int64_t>(allowed.minimum) +
