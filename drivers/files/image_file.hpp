@@ -34,7 +34,7 @@ Result<Image<std::uint16_t>> read_grey16(const std::string &path);
 /// pixels are undefined.
 Status read_grey16(const std::string &path, ImageView<std::uint16_t> pixels);
 
-// Written under another name and renamed when complete: under its own name a file is always whole.
+// Written as an OutputFile: under its name there is the old file or the new one, as a whole.
 
 Status write_png(const std::string &path, LumaView luma);
 Status write_png(const std::string &path, DepthView depth); ///< 16-bit grey
